@@ -1,0 +1,37 @@
+# palanquin_target(<target>): the language level and the warnings of all our own targets.
+# A compiler newer than ours may know more warnings: configure with --compile-no-warning-as-error.
+function(palanquin_target target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow)
+  set_target_properties(${target} PROPERTIES
+    CXX_EXTENSIONS OFF
+    POSITION_INDEPENDENT_CODE ON
+    CXX_VISIBILITY_PRESET hidden
+    VISIBILITY_INLINES_HIDDEN ON
+    COMPILE_WARNING_AS_ERROR ON)
+endfunction()
+
+# palanquin_add_library(<name>): the static library palanquin_<name>, alias palanquin::<name>, from
+# src/*.cpp and include/ of the calling folder.
+function(palanquin_add_library name)
+  file(GLOB sources CONFIGURE_DEPENDS src/*.cpp)
+  add_library(palanquin_${name} STATIC ${sources})
+  add_library(palanquin::${name} ALIAS palanquin_${name})
+  set_target_properties(palanquin_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(palanquin_${name} PUBLIC
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:${PALANQUIN_INSTALL_INCLUDEDIR}>)
+  palanquin_target(palanquin_${name})
+endfunction()
+
+# palanquin_add_test(<name> SOURCES ... [LIBRARIES ...]): one GoogleTest executable, its cases known
+# to ctest one by one. Part of the target palanquin_tests, not of a plain build.
+function(palanquin_add_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES")
+  add_executable(${name} EXCLUDE_FROM_ALL ${arg_SOURCES})
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES} GTest::gtest GTest::gtest_main)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  palanquin_target(${name})
+  add_dependencies(palanquin_tests ${name})
+  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)
+endfunction()
