@@ -1,12 +1,11 @@
 #pragma once
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
 #include <vector>
-
-#include <Eigen/LU>
 
 #include "palanquin/core/stage_qp.hpp"
 

@@ -1,0 +1,148 @@
+#include "palanquin/core/stage_qp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palanquin {
+namespace {
+
+void resize_zero(Eigen::VectorXd& v, Eigen::Index size) {
+  if (v.size() != size) v.setZero(size);
+}
+
+/// largest = max(largest, |r|_inf), where a NaN on either side stays.
+void grow(double& largest, const Eigen::VectorXd& r) {
+  for (double entry : r)
+    if (!(std::abs(entry) <= largest) && !std::isnan(largest)) largest = std::abs(entry);
+}
+
+/// h = penalty_value + penalty_jacobian w
+void penalty_rows(const QpStage& stage, const Eigen::VectorXd& w, Eigen::VectorXd& h) {
+  h = stage.penalty_value;
+  stage.penalty_jacobian.multiply_add(w.data(), h.data());
+}
+
+/// Gradient of the Lagrangian with respect to w_k.
+Eigen::VectorXd lagrangian_gradient(const StageQp& qp, const PenaltyModel& model,
+                                    const StageQpSolution& s, int k) {
+  const QpStage& stage = qp.stages[k];
+  Eigen::VectorXd r = stage.gradient;
+  stage.hessian.multiply_symmetric_add(s.w[k].data(), r.data());
+
+  Eigen::VectorXd t = Eigen::VectorXd::Zero(stage.penalty_value.size());
+  stage.penalty_jacobian.multiply_add(s.w[k].data(), t.data());
+  const Eigen::VectorXd penalty_slope = model.slope[k] + model.curvature[k].cwiseProduct(t);
+  stage.penalty_jacobian.multiply_transposed_add(penalty_slope.data(), r.data());
+
+  stage.equality_jacobian.multiply_transposed_add(s.equality_multiplier[k].data(), r.data());
+  stage.inequality_jacobian.multiply_transposed_add(s.inequality_multiplier[k].data(), r.data());
+  stage.link_jacobian.multiply_transposed_add(s.link_multiplier[k].data(), r.data());
+  r.head(stage.nx) -= s.dynamics_multiplier[k];
+  if (k > 0)
+    qp.stages[k - 1].implicit.multiply_transposed_add(s.dynamics_multiplier[k].data(), r.data());
+  if (k < qp.horizon()) {
+    stage.dynamics.multiply_transposed_add(s.dynamics_multiplier[k + 1].data(), r.data());
+    qp.stages[k + 1].link_previous.multiply_transposed_add(s.link_multiplier[k + 1].data(),
+                                                           r.data());
+  }
+  return r;
+}
+
+/// F_k w_k + b_k - (I - N_k) x_{k+1}
+Eigen::VectorXd dynamics_defect(const QpStage& stage, const Eigen::VectorXd& w,
+                                const Eigen::VectorXd& next_x) {
+  Eigen::VectorXd r = stage.offset - next_x;
+  stage.dynamics.multiply_add(w.data(), r.data());
+  stage.implicit.multiply_add(next_x.data(), r.data());
+  return r;
+}
+
+/// C_k w_k + e_k
+Eigen::VectorXd equality_residual(const QpStage& stage, const Eigen::VectorXd& w) {
+  Eigen::VectorXd r = stage.equality_value;
+  stage.equality_jacobian.multiply_add(w.data(), r.data());
+  return r;
+}
+
+/// P_k w_{k-1} + E_k w_k + c_k
+Eigen::VectorXd link_residual(const QpStage& stage, const Eigen::VectorXd& w_previous,
+                              const Eigen::VectorXd& w) {
+  Eigen::VectorXd r = stage.link_value;
+  stage.link_previous.multiply_add(w_previous.data(), r.data());
+  stage.link_jacobian.multiply_add(w.data(), r.data());
+  return r;
+}
+
+}  // namespace
+
+void StageQpSolution::resize(const StageQp& qp) {
+  for (auto* list :
+       {&w, &dynamics_multiplier, &equality_multiplier, &inequality_multiplier, &link_multiplier})
+    list->resize(qp.stages.size());
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    resize_zero(w[k], stage.nw());
+    resize_zero(dynamics_multiplier[k], stage.nx);
+    resize_zero(equality_multiplier[k], stage.equality_value.size());
+    resize_zero(inequality_multiplier[k], stage.inequality_value.size());
+    resize_zero(link_multiplier[k], stage.link_value.size());
+  }
+}
+
+void PenaltyModel::resize(const StageQp& qp) {
+  slope.resize(qp.stages.size());
+  curvature.resize(qp.stages.size());
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    resize_zero(slope[k], qp.stages[k].penalty_value.size());
+    resize_zero(curvature[k], qp.stages[k].penalty_value.size());
+  }
+}
+
+void PenaltyModel::expand(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
+  resize(qp);
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    penalty_rows(stage, w[k], slope[k]);
+    for (Eigen::Index j = 0; j < slope[k].size(); ++j) {
+      const double h = slope[k][j];
+      const PenaltyValue s = evaluate_penalty(stage.penalty_policy[j], h);
+      curvature[k][j] = s.curvature;
+      slope[k][j] = s.slope - s.curvature * (h - stage.penalty_value[j]);
+    }
+  }
+}
+
+double evaluate_cost(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
+  double cost = 0.0;
+  Eigen::VectorXd hw, h;
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    hw.setZero(stage.nw());
+    stage.hessian.multiply_symmetric_add(w[k].data(), hw.data());
+    cost += 0.5 * hw.dot(w[k]) + stage.gradient.dot(w[k]);
+    penalty_rows(stage, w[k], h);
+    for (Eigen::Index j = 0; j < h.size(); ++j)
+      cost += evaluate_penalty(stage.penalty_policy[j], h[j]).value;
+  }
+  return cost;
+}
+
+double KktResidual::max() const { return std::max({stationarity, dynamics, equality}); }
+
+KktResidual kkt_residual(const StageQp& qp, const PenaltyModel& model,
+                         const StageQpSolution& solution) {
+  KktResidual residual;
+  const auto& w = solution.w;
+  grow(residual.dynamics, qp.initial_state - w[0].head(qp.stages[0].nx));
+  for (int k = 0; k <= qp.horizon(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    grow(residual.stationarity, lagrangian_gradient(qp, model, solution, k));
+    grow(residual.equality, equality_residual(stage, w[k]));
+    if (k > 0) grow(residual.equality, link_residual(stage, w[k - 1], w[k]));
+    if (k < qp.horizon())
+      grow(residual.dynamics, dynamics_defect(stage, w[k], w[k + 1].head(qp.stages[k + 1].nx)));
+  }
+  return residual;
+}
+
+}  // namespace palanquin
