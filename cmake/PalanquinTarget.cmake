@@ -12,15 +12,18 @@ function(palanquin_target target)
 endfunction()
 
 # palanquin_add_library(<name>): the static library palanquin_<name>, alias palanquin::<name>, from
-# src/*.cpp and include/ of the calling folder.
+# src/ (less what PalanquinKernels.cmake compiles) and include/ of the calling folder.
 function(palanquin_add_library name)
-  file(GLOB sources CONFIGURE_DEPENDS src/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.cpp)
+  list(FILTER sources EXCLUDE REGEX "/kernels/kernels[.]cpp$")
   add_library(palanquin_${name} STATIC ${sources})
   add_library(palanquin::${name} ALIAS palanquin_${name})
   set_target_properties(palanquin_${name} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(palanquin_${name} PUBLIC
-    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
-    $<INSTALL_INTERFACE:${PALANQUIN_INSTALL_INCLUDEDIR}>)
+  target_include_directories(palanquin_${name}
+    PUBLIC
+      $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+      $<INSTALL_INTERFACE:${PALANQUIN_INSTALL_INCLUDEDIR}>
+    PRIVATE src)
   palanquin_target(palanquin_${name})
 endfunction()
 
