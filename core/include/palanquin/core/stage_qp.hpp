@@ -99,6 +99,12 @@ struct PenaltyModel {
 /// Cost of the StageQp at `w`, penalties exact. Equality and hard rows are not looked at.
 double evaluate_cost(const StageQp& qp, const std::vector<Eigen::VectorXd>& w);
 
+/// Gradient [nw_k] of the Lagrangian of StageQpSolution with respect to w_k, penalties as in
+/// `model`. `rows` [np_k] is scratch.
+void lagrangian_gradient(const StageQp& qp, const PenaltyModel& model,
+                         const StageQpSolution& solution, int k,
+                         Eigen::Ref<Eigen::VectorXd> gradient, Eigen::Ref<Eigen::VectorXd> rows);
+
 /// Largest residual of the KKT conditions of the equality-constrained QP that `model` makes of
 /// `qp`: stationarity, dynamics, equality and link rows. The certificate that tests use.
 struct KktResidual {

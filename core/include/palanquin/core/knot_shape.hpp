@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "palanquin/core/lowered_problem.hpp"
+#include "palanquin/core/sparse_block.hpp"
+#include "palanquin/core/stage_qp.hpp"
+
+namespace palanquin {
+
+/// In which variables a problem is transcribed.
+enum class Form {
+  Reduced,  ///< roles and charts applied, rows that they hold dropped
+  Paper,    ///< every block that is no state an input, every active row stated
+};
+
+/// What the run-time flags make of one knot: a role and a chart flag per block, an active flag per
+/// row group. Equal signatures of a knot and its neighbours mean equal patterns.
+struct KnotSignature {
+  StageKind stage = StageKind::Running;
+  std::vector<Role> role;                  ///< [blocks]
+  std::vector<char> charted;               ///< [blocks]
+  std::array<std::vector<char>, 3> active; ///< per RowKind, [groups]
+};
+
+/// value[destination] += source value * slope_a * slope_b, where a negative slope index means 1.
+struct GatherEntry {
+  int destination;
+  int source;  ///< negative: the constant 1
+  int slope_a;
+  int slope_b;
+};
+
+/// How the values of a reduced matrix follow from those of a lowered result and the chart's slopes.
+struct Gather {
+  std::vector<GatherEntry> entries;
+  /// Adds to `destination`, which the caller has set to zero.
+  void add(const double* source, const double* slopes, double* destination) const;
+};
+
+/// The reduced variables of one knot: dz = T(slopes) w, T stored by columns of dz.
+class ColumnMap {
+ public:
+  struct Entry {
+    int column;  ///< in w
+    int slope;   ///< index among the chart's slopes, negative: 1
+  };
+
+  ColumnMap() = default;
+  ColumnMap(const LoweredProblem& problem, const KnotSignature& signature);
+
+  int nx = 0, nu = 0, nl = 0;
+  int nw() const { return nx + nu + nl; }
+  const Entry* begin(int tangent_column) const { return &entries_[start_[tangent_column]]; }
+  const Entry* end(int tangent_column) const { return entries_.data() + start_[tangent_column + 1]; }
+  /// First column of block `b` in w, negative when it has none.
+  int first_column(int b) const { return first_column_[static_cast<std::size_t>(b)]; }
+  /// Number of columns of block `b` in w.
+  int column_count(int b) const { return column_count_[static_cast<std::size_t>(b)]; }
+
+  /// dz = T w
+  void expand(const double* w, const double* slopes, double* dz) const;
+
+ private:
+  std::vector<std::size_t> start_;
+  std::vector<Entry> entries_;
+  std::vector<int> first_column_, column_count_;
+};
+
+/// Everything about one knot that depends on roles and flags alone: its reduced patterns, and how
+/// their values are gathered from the lowered functions' results. Made once per distinct
+/// combination of flags and then looked up.
+struct KnotShape {
+  int id = 0;
+  KnotSignature signature;
+  ColumnMap columns;
+  QpStage pattern;  ///< dimensions and patterns, values zero
+
+  std::vector<int> equality_rows;    ///< lowered rows that the stage's equality rows are
+  std::vector<int> initial_links;    ///< link rows stated as equalities at the first knot
+  std::vector<int> penalty_rows;
+  std::vector<int> inequality_rows;
+  std::vector<int> link_rows;
+
+  Gather dynamics, implicit, hessian, gradient;
+  Gather equality, initial_link, penalty, inequality, link_previous, link;
+};
+
+/// Makes and keeps the shapes that a problem has met.
+class ShapeTable {
+ public:
+  explicit ShapeTable(const LoweredProblem& problem) : problem_(&problem) {}
+
+  /// The shape of a knot between its neighbours (null at the ends of the horizon). `is_hard` has a
+  /// flag per inequality group of the knot's stage. Allocates only when the combination is new.
+  const KnotShape& find(const KnotSignature* previous, const KnotSignature& knot,
+                        const KnotSignature* next, const std::vector<char>& is_hard);
+  std::size_t size() const { return shapes_.size(); }
+
+ private:
+  struct KeyHash {
+    std::size_t operator()(const std::vector<char>& key) const;
+  };
+  std::unique_ptr<KnotShape> make(const KnotSignature* previous, const KnotSignature& knot,
+                                  const KnotSignature* next, const std::vector<char>& is_hard) const;
+
+  const LoweredProblem* problem_;
+  std::unordered_map<std::vector<char>, std::unique_ptr<KnotShape>, KeyHash> shapes_;
+  std::vector<char> key_;
+};
+
+}  // namespace palanquin

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace palanquin {
+
+/// Compressed-column pattern of one result of a lowered function.
+struct Sparsity {
+  int rows = 0;
+  int cols = 0;
+  std::vector<int> column_start;  ///< [cols + 1]
+  std::vector<int> row_index;     ///< [nnz]
+  int nnz() const { return static_cast<int>(row_index.size()); }
+};
+
+/// A shared library of lowered functions, closed when its last user is gone.
+class LoweredLibrary {
+ public:
+  /// Throws std::runtime_error with the loader's reason when `path` cannot be loaded.
+  explicit LoweredLibrary(const std::string& path);
+  /// Address of `symbol`; throws std::runtime_error when the library lacks it.
+  void* symbol(const std::string& symbol) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+  std::shared_ptr<void> handle_;
+};
+
+/// Scratch memory for calls from one thread; created once, grown by LoweredFunction::prepare.
+struct FunctionWorkspace {
+  std::vector<const double*> arguments;
+  std::vector<double*> results;
+  std::vector<long long> integers;
+  std::vector<double> reals;
+};
+
+/// One function of a lowered library, in CasADi's C calling convention.
+class LoweredFunction {
+ public:
+  LoweredFunction() = default;
+  LoweredFunction(const LoweredLibrary& library, const std::string& name);
+
+  const std::string& name() const { return name_; }
+  int argument_count() const { return argument_count_; }
+  /// Pattern of result `i`.
+  const Sparsity& result(int i) const { return results_[static_cast<std::size_t>(i)]; }
+
+  /// Makes `workspace` large enough for this function.
+  void prepare(FunctionWorkspace& workspace) const;
+  /// Evaluates with workspace.arguments and workspace.results as set by the caller; a null result
+  /// is not computed. Does not allocate.
+  void operator()(FunctionWorkspace& workspace) const;
+
+ private:
+  using Code = int (*)(const double**, double**, long long*, double*, int);
+
+  std::string name_;
+  Code code_ = nullptr;
+  int argument_count_ = 0;
+  std::vector<Sparsity> results_;
+  std::size_t size_arguments_ = 0, size_results_ = 0, size_integers_ = 0, size_reals_ = 0;
+};
+
+}  // namespace palanquin

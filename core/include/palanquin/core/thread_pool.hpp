@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace palanquin {
+
+/// A fixed team of threads for loops over knots. The caller is one of them, so a pool of one thread
+/// is a plain loop. Work is divided statically, so results do not depend on timing.
+class ThreadPool {
+ public:
+  /// Throws std::invalid_argument when `threads` < 1.
+  explicit ThreadPool(int threads);
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  int size() const { return static_cast<int>(workers_.size()) + 1; }
+
+  /// Calls body(thread, i) for i in [0, count), thread t taking i with i % size() == t, and returns
+  /// when all are done. `body` must not throw.
+  void parallel_for(int count, const std::function<void(int, int)>& body);
+
+ private:
+  void work(int thread);
+
+  std::vector<std::thread> workers_;
+  const std::function<void(int, int)>* body_ = nullptr;
+  int count_ = 0;
+  std::atomic<int> generation_{0};
+  std::atomic<int> pending_{0};
+  std::atomic<bool> stopping_{false};
+};
+
+}  // namespace palanquin

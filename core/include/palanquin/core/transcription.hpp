@@ -1,0 +1,125 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palanquin/core/knot_shape.hpp"
+#include "palanquin/core/lowered_problem.hpp"
+#include "palanquin/core/stage_qp.hpp"
+#include "palanquin/core/thread_pool.hpp"
+#include "palanquin/core/trajectory.hpp"
+
+namespace palanquin {
+
+/// Where a lowered function first gave a value that is not finite.
+struct NonFinite {
+  bool found = false;
+  std::string message;  ///< names function, row and knot
+};
+
+/// Merit quantities of a trajectory.
+struct Evaluation {
+  double cost = 0.0;              ///< objective without penalties
+  double penalty = 0.0;           ///< sum of all penalties
+  double equality_max = 0.0;      ///< largest |residual| of dynamics, equality and link rows
+  double infeasibility = 0.0;     ///< 2-norm of those residuals and of violated hard rows
+  double inequality_max = 0.0;    ///< largest violation of a hard row
+  bool is_finite = true;
+  double total() const { return cost + penalty; }
+};
+
+/// A violated row, worst first in reports.
+struct RowViolation {
+  std::string name;
+  double value = 0.0;  ///< in the row's own unit
+};
+
+/// The multiple-shooting transcription of a lowered problem over N intervals: for given parameters
+/// and measured state it linearises a trajectory into a StageQp, evaluates one, and moves one along
+/// a QP solution in the tangent space.
+///
+/// Usage: set_parameters, set_measured, project, then linearize / evaluate / step as often as
+/// needed. Once every combination of flags has been seen nothing allocates. Not thread-safe itself;
+/// it uses `threads` threads inside.
+class Transcription {
+ public:
+  Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
+                int threads = 1);
+
+  const LoweredProblem& problem() const { return *problem_; }
+  int horizon() const { return horizon_; }
+  Form form() const { return form_; }
+
+  /// Sets the policy of a constraint family. Throws std::invalid_argument for an unknown family or
+  /// invalid coefficients.
+  void set_policy(const std::string& family, const Policy& policy);
+  Policy policy(const std::string& family) const;
+
+  /// Copies the parameters [N + 1, np] and resolves roles. Throws std::invalid_argument that names
+  /// parameter and knot when a value is not finite.
+  void set_parameters(MatrixView parameters);
+
+  /// Copies the measured knot vector [nz]: states at knot 0, other blocks' values before it.
+  /// Throws std::invalid_argument for values that are not finite or quaternions of norm zero.
+  void set_measured(VectorView measured);
+
+  /// Makes `trajectory` [N + 1, nz] consistent with roles: fixed and carried blocks copied, absent
+  /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is not touched.
+  void project(RowMatrix& trajectory) const;
+
+  /// Linearises all knots into qp(). The initial state of the QP is measured (-) x_0.
+  NonFinite linearize(const RowMatrix& trajectory);
+  /// Only the QP's initial state, for a state that was measured after linearize().
+  void update_initial_state(const RowMatrix& trajectory);
+
+  Evaluation evaluate(const RowMatrix& trajectory);
+  /// to = from (+) alpha * solution, charts applied.
+  void step(const RowMatrix& from, const StageQpSolution& solution, double alpha,
+            RowMatrix& to);
+
+  const StageQp& qp() const { return qp_; }
+  const KnotShape& shape(int knot) const { return *shapes_[static_cast<std::size_t>(knot)]; }
+
+  /// Largest violation per inequality family, in physical units (RowGroup::scale).
+  std::map<std::string, double> violations(const RowMatrix& trajectory);
+  /// The `count` largest residuals of equality-type and violated inequality rows.
+  std::vector<RowViolation> worst_rows(const RowMatrix& trajectory, int count);
+
+ private:
+  struct KnotBuffers;  // results of the lowered functions at one knot
+
+  void resolve_signatures();
+  void resolve_shapes();
+  void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
+  void fill_stage(int knot, const RowMatrix& trajectory);
+  void embed(RowMatrix& trajectory, int knot, FunctionWorkspace& workspace, double* slopes) const;
+  double defect(int knot, const RowMatrix& trajectory, double* rows) const;
+  NonFinite find_non_finite() const;
+  const double* parameters_at(int knot) const { return parameters_.row(knot).data(); }
+
+  std::shared_ptr<const LoweredProblem> problem_;
+  int horizon_;
+  Form form_;
+  std::vector<Policy> policies_[2];  // per inequality group of running and terminal stages
+  std::vector<char> is_hard_[2];
+  bool shapes_stale_ = true;
+
+  RowMatrix parameters_;
+  Eigen::VectorXd measured_;
+  std::vector<KnotSignature> signatures_;
+  ShapeTable table_;
+  std::vector<const KnotShape*> shapes_;
+  StageQp qp_;
+
+  mutable ThreadPool pool_;
+  mutable std::vector<FunctionWorkspace> workspaces_;
+  std::vector<KnotBuffers> buffers_;
+  std::vector<double> step_buffer_, slope_buffer_;
+
+ public:
+  ~Transcription();
+};
+
+}  // namespace palanquin

@@ -1,0 +1,308 @@
+#include "palanquin/core/knot_shape.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace palanquin {
+
+// ---- gathering --------------------------------------------------------------------------------
+
+void Gather::add(const double* source, const double* slopes, double* destination) const {
+  for (const GatherEntry& e : entries) {
+    double value = e.source < 0 ? 1.0 : source[e.source];
+    if (e.slope_a >= 0) value *= slopes[e.slope_a];
+    if (e.slope_b >= 0) value *= slopes[e.slope_b];
+    destination[e.destination] += value;
+  }
+}
+
+namespace {
+
+constexpr int kConstant = -1;    // a term whose value is 1
+constexpr int kStructural = -2;  // a term that only makes room in the pattern
+
+/// One term of a reduced matrix before its pattern is known.
+struct Term {
+  int row, column, source, slope_a, slope_b;
+};
+
+/// Sorts terms into a pattern; terms that meet in one entry add up.
+void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, Gather& gather) {
+  std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) {
+    return a.column != b.column ? a.column < b.column : a.row < b.row;
+  });
+  block.begin(rows);
+  gather.entries.clear();
+  std::size_t next = 0;
+  for (int column = 0; column < cols; ++column) {
+    int last_row = -1;
+    for (; next < terms.size() && terms[next].column == column; ++next) {
+      const Term& t = terms[next];
+      if (t.row != last_row) block.push(t.row);
+      last_row = t.row;
+      if (t.source != kStructural)
+        gather.entries.push_back({static_cast<int>(block.values.size()) - 1, t.source, t.slope_a,
+                                  t.slope_b});
+    }
+    block.end_column();
+  }
+}
+
+}  // namespace
+
+// ---- columns ----------------------------------------------------------------------------------
+
+ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signature) {
+  const auto& blocks = problem.blocks();
+  first_column_.assign(blocks.size(), -1);
+  column_count_.assign(blocks.size(), 0);
+  int column = 0;
+  auto assign = [&](Role role) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
+      if (signature.role[b] != role) continue;
+      first_column_[b] = column;
+      column_count_[b] = signature.charted[b] ? blocks[b].chart_size : blocks[b].tangent_size;
+      column += column_count_[b];
+    }
+  };
+  assign(Role::State);
+  assign(Role::Carried);
+  nx = column;
+  assign(Role::Input);
+  nu = column - nx;
+  assign(Role::Local);
+  nl = column - nx - nu;
+
+  start_.push_back(0);
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    for (int i = 0; i < blocks[b].tangent_size; ++i) {
+      if (first_column_[b] >= 0) {
+        if (i < column_count_[b])
+          entries_.push_back({first_column_[b] + i, -1});
+        else  // a charted block's dependent entry
+          for (int c = 0; c < column_count_[b]; ++c)
+            entries_.push_back(
+                {first_column_[b] + c, blocks[b].slope_offset + c * blocks[b].size + i});
+      }
+      start_.push_back(entries_.size());
+    }
+  }
+  entries_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
+}
+
+void ColumnMap::expand(const double* w, const double* slopes, double* dz) const {
+  const int ndz = static_cast<int>(start_.size()) - 1;
+  for (int j = 0; j < ndz; ++j) {
+    double sum = 0.0;
+    for (const Entry* e = begin(j); e != end(j); ++e)
+      sum += (e->slope < 0 ? 1.0 : slopes[e->slope]) * w[e->column];
+    dz[j] = sum;
+  }
+}
+
+// ---- shapes -----------------------------------------------------------------------------------
+
+namespace {
+
+/// Rows of the active groups; `wanted` chooses by hardness where that matters.
+template <typename Wanted>
+std::vector<int> active_rows(const std::vector<RowGroup>& groups, const std::vector<char>& active,
+                             Wanted wanted) {
+  std::vector<int> rows;
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    if (active[g] && wanted(g))
+      for (int i = 0; i < groups[g].size; ++i) rows.push_back(groups[g].offset + i);
+  return rows;
+}
+
+/// Terms of (matrix T) with `rows` of the lowered matrix kept, placed from row `first` on.
+void add_terms(const Sparsity& pattern, const ColumnMap& columns, const std::vector<int>& rows,
+               int first, std::vector<Term>& terms) {
+  std::vector<int> place(static_cast<std::size_t>(pattern.rows), -1);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    place[static_cast<std::size_t>(rows[i])] = first + static_cast<int>(i);
+  for (int j = 0; j < pattern.cols; ++j)
+    for (int n = pattern.column_start[j]; n < pattern.column_start[j + 1]; ++n) {
+      const int row = place[static_cast<std::size_t>(pattern.row_index[n])];
+      if (row < 0) continue;
+      for (const auto* e = columns.begin(j); e != columns.end(j); ++e)
+        terms.push_back({row, e->column, n, e->slope, -1});
+    }
+}
+
+std::vector<int> all_rows(int count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) rows[static_cast<std::size_t>(i)] = i;
+  return rows;
+}
+
+void build_rows(const Sparsity& pattern, const ColumnMap& columns, const std::vector<int>& rows,
+                SparseBlock& block, Gather& gather) {
+  std::vector<Term> terms;
+  add_terms(pattern, columns, rows, 0, terms);
+  assemble(std::move(terms), static_cast<int>(rows.size()), columns.nw(), block, gather);
+}
+
+/// T'HT for a lower triangle H, as a lower triangle with its whole diagonal.
+void build_hessian(const Sparsity& pattern, const ColumnMap& columns, SparseBlock& block,
+                   Gather& gather) {
+  std::vector<Term> terms;
+  for (int j = 0; j < pattern.cols; ++j)
+    for (int n = pattern.column_start[j]; n < pattern.column_start[j + 1]; ++n) {
+      const int i = pattern.row_index[n];
+      for (const auto* a = columns.begin(i); a != columns.end(i); ++a)
+        for (const auto* b = columns.begin(j); b != columns.end(j); ++b) {
+          // The stored (i, j) stands for (j, i) too, which lands at (b, a).
+          if (a->column >= b->column)
+            terms.push_back({a->column, b->column, n, a->slope, b->slope});
+          if (i != j && b->column >= a->column)
+            terms.push_back({b->column, a->column, n, b->slope, a->slope});
+        }
+    }
+  for (int c = 0; c < columns.nw(); ++c) terms.push_back({c, c, kStructural, -1, -1});
+  assemble(std::move(terms), columns.nw(), columns.nw(), block, gather);
+}
+
+void build_gradient(int ndz, const ColumnMap& columns, Gather& gather) {
+  for (int j = 0; j < ndz; ++j)
+    for (const auto* e = columns.begin(j); e != columns.end(j); ++e)
+      gather.entries.push_back({e->column, j, e->slope, -1});
+}
+
+/// Rows of the next state: the lowered dynamics, then a copy for every carried block.
+void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns,
+                    const ColumnMap& next, KnotShape& shape) {
+  std::vector<Term> terms;
+  add_terms(problem.running_linear.result(4), columns, all_rows(problem.ndx()), 0, terms);
+  const int blocks = static_cast<int>(problem.blocks().size());
+  for (int b = 0; b < blocks; ++b)
+    if (next.first_column(b) >= problem.ndx() && next.first_column(b) < next.nx)
+      for (int i = 0; i < next.column_count(b); ++i)
+        terms.push_back({next.first_column(b) + i, columns.first_column(b) + i, kConstant, -1, -1});
+  assemble(std::move(terms), next.nx, columns.nw(), shape.pattern.dynamics, shape.dynamics);
+
+  const Sparsity& implicit = problem.running_linear.result(5);
+  terms.clear();
+  for (int j = 0; j < implicit.cols; ++j)
+    for (int n = implicit.column_start[j]; n < implicit.column_start[j + 1]; ++n)
+      terms.push_back({implicit.row_index[n], j, n, -1, -1});
+  assemble(std::move(terms), next.nx, next.nx, shape.pattern.implicit, shape.implicit);
+  shape.pattern.offset = Eigen::VectorXd::Zero(next.nx);
+}
+
+void size_values(QpStage& stage) {
+  stage.gradient = Eigen::VectorXd::Zero(stage.nw());
+  stage.penalty_value = Eigen::VectorXd::Zero(stage.penalty_jacobian.rows);
+  stage.penalty_policy.assign(static_cast<std::size_t>(stage.penalty_jacobian.rows), Policy{});
+  stage.equality_value = Eigen::VectorXd::Zero(stage.equality_jacobian.rows);
+  stage.inequality_value = Eigen::VectorXd::Zero(stage.inequality_jacobian.rows);
+  stage.link_value = Eigen::VectorXd::Zero(stage.link_jacobian.rows);
+}
+
+void append_key(std::vector<char>& key, const KnotSignature* s) {
+  key.push_back(s == nullptr ? '\1' : '\2');
+  if (s == nullptr) return;
+  key.push_back(static_cast<char>(s->stage));
+  for (Role r : s->role) key.push_back(static_cast<char>(r));
+  key.insert(key.end(), s->charted.begin(), s->charted.end());
+  for (const auto& flags : s->active) key.insert(key.end(), flags.begin(), flags.end());
+}
+
+}  // namespace
+
+std::size_t ShapeTable::KeyHash::operator()(const std::vector<char>& key) const {
+  return std::hash<std::string_view>{}({key.data(), key.size()});
+}
+
+const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSignature& knot,
+                                  const KnotSignature* next, const std::vector<char>& is_hard) {
+  key_.clear();
+  append_key(key_, previous);
+  append_key(key_, &knot);
+  append_key(key_, next);
+  key_.insert(key_.end(), is_hard.begin(), is_hard.end());
+  auto found = shapes_.find(key_);
+  if (found == shapes_.end()) {
+    auto shape = make(previous, knot, next, is_hard);
+    shape->id = static_cast<int>(shapes_.size());
+    shape->pattern.pattern = shape->id;
+    found = shapes_.emplace(key_, std::move(shape)).first;
+  }
+  return *found->second;
+}
+
+std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
+                                            const KnotSignature& knot, const KnotSignature* next,
+                                            const std::vector<char>& is_hard) const {
+  auto shape = std::make_unique<KnotShape>();
+  shape->signature = knot;
+  shape->columns = ColumnMap(*problem_, knot);
+  const ColumnMap& columns = shape->columns;
+  QpStage& stage = shape->pattern;
+  stage.nx = columns.nx;
+  stage.nu = columns.nu;
+  stage.nl = columns.nl;
+
+  const bool running = knot.stage == StageKind::Running;
+  const LoweredFunction& linear = running ? problem_->running_linear : problem_->terminal_linear;
+  const int first = running ? 6 : 3;  // gradient, Hessian, equality and inequality Jacobians
+  build_gradient(problem_->ndz(), columns, shape->gradient);
+  build_hessian(linear.result(first + 1), columns, stage.hessian, shape->hessian);
+
+  const auto& equalities = problem_->rows(knot.stage, RowKind::Equality);
+  const auto& inequalities = problem_->rows(knot.stage, RowKind::Inequality);
+  auto any = [](std::size_t) { return true; };
+  shape->equality_rows = active_rows(equalities, knot.active[0], any);
+  shape->penalty_rows =
+      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return !is_hard[g]; });
+  shape->inequality_rows =
+      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return is_hard[g] != 0; });
+  build_rows(linear.result(first + 3), columns, shape->penalty_rows, stage.penalty_jacobian,
+             shape->penalty);
+  build_rows(linear.result(first + 3), columns, shape->inequality_rows, stage.inequality_jacobian,
+             shape->inequality);
+  build_rows(linear.result(first + 2), columns, shape->equality_rows, stage.equality_jacobian,
+             shape->equality);
+
+  if (running) {
+    const auto& links = problem_->rows(StageKind::Running, RowKind::Link);
+    const std::vector<int> rows = active_rows(links, knot.active[2], any);
+    if (previous == nullptr) {
+      // The knot before the horizon is known: link rows are equality rows of this knot, behind the
+      // stage's own.
+      shape->initial_links = rows;
+      std::vector<Term> terms;
+      add_terms(linear.result(first + 2), columns, shape->equality_rows, 0, terms);
+      const int own = static_cast<int>(shape->equality_rows.size());
+      std::vector<Term> link_terms;
+      add_terms(problem_->link_linear.result(2), columns, rows, own, link_terms);
+      SparseBlock unused;
+      // Two sources meet in one block: gather each with the other's terms as structure only.
+      auto structural = [](std::vector<Term> t) {
+        for (Term& term : t) term.source = kStructural;
+        return t;
+      };
+      auto joined = [](std::vector<Term> a, const std::vector<Term>& b) {
+        a.insert(a.end(), b.begin(), b.end());
+        return a;
+      };
+      const int total = own + static_cast<int>(rows.size());
+      assemble(joined(terms, structural(link_terms)), total, columns.nw(),
+               stage.equality_jacobian, shape->equality);
+      assemble(joined(structural(terms), link_terms), total, columns.nw(), unused,
+               shape->initial_link);
+    } else {
+      shape->link_rows = rows;
+      const ColumnMap before(*problem_, *previous);
+      build_rows(problem_->link_linear.result(1), before, rows, stage.link_previous,
+                 shape->link_previous);
+      build_rows(problem_->link_linear.result(2), columns, rows, stage.link_jacobian,
+                 shape->link);
+    }
+    if (next != nullptr) build_dynamics(*problem_, columns, ColumnMap(*problem_, *next), *shape);
+  }
+  size_values(stage);
+  return shape;
+}
+
+}  // namespace palanquin

@@ -1,0 +1,183 @@
+// Evaluating and linearising all knots: the lowered functions are called per knot, in parallel when
+// the pool has more than one thread, and gathered into the stage QP.
+
+#include <algorithm>
+#include <cmath>
+
+#include "knot_buffers.hpp"
+#include "palanquin/core/manifold.hpp"
+#include "palanquin/core/transcription.hpp"
+
+namespace palanquin {
+
+void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear) {
+  FunctionWorkspace& w = workspaces_[static_cast<std::size_t>(thread)];
+  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  const double* z = trajectory.row(knot).data();
+  const bool terminal = knot == horizon_;
+
+  int argument = 0, result = 0;
+  w.arguments[static_cast<std::size_t>(argument++)] = z;
+  if (!terminal) {
+    w.arguments[static_cast<std::size_t>(argument++)] = trajectory.row(knot + 1).data();
+    w.results[static_cast<std::size_t>(result++)] = out.next_state.data();
+  }
+  w.arguments[static_cast<std::size_t>(argument++)] = parameters_at(knot);
+  auto give = [&](double* target) { w.results[static_cast<std::size_t>(result++)] = target; };
+  give(&out.cost);
+  give(out.equality.data());
+  give(out.inequality.data());
+  if (linear) {
+    if (!terminal) {
+      give(out.dynamics_jacobian.data());
+      give(out.implicit_jacobian.data());
+    }
+    give(out.gradient.data());
+    give(out.hessian.data());
+    give(out.equality_jacobian.data());
+    give(out.inequality_jacobian.data());
+  }
+  if (terminal)
+    (linear ? problem_->terminal_linear : problem_->terminal)(w);
+  else
+    (linear ? problem_->running_linear : problem_->running)(w);
+
+  const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
+  if (!shape.link_rows.empty() || !shape.initial_links.empty()) {
+    w.arguments[0] = knot > 0 ? trajectory.row(knot - 1).data() : measured_.data();
+    w.arguments[1] = z;
+    w.arguments[2] = parameters_at(knot);
+    w.results[0] = out.link.data();
+    w.results[1] = out.link_previous_jacobian.data();
+    w.results[2] = out.link_jacobian.data();
+    (linear ? problem_->link_linear : problem_->link)(w);
+  }
+  if (linear && std::any_of(shape.signature.charted.begin(), shape.signature.charted.end(),
+                            [](char c) { return c != 0; })) {
+    w.arguments[0] = z;
+    w.arguments[1] = parameters_at(knot);
+    w.results[0] = nullptr;
+    w.results[1] = out.slopes.data();
+    problem_->chart(w);
+  }
+}
+
+/// Residual d (-) x_{k+1} of the knot's dynamics [ndx]; returns its squared norm.
+double Transcription::defect(int knot, const RowMatrix& trajectory, double* rows) const {
+  const double* next = trajectory.row(knot + 1).data();
+  const double* d = buffers_[static_cast<std::size_t>(knot)].next_state.data();
+  double squared = 0.0;
+  for (const BlockInfo& b : problem_->blocks()) {
+    if (!b.is_state) continue;
+    if (b.is_quaternion) {
+      Eigen::Map<Vector3>{rows} = quaternion_minus(Eigen::Map<const Vector4>(d),
+                                                   Eigen::Map<const Vector4>(next + b.offset));
+    } else {
+      for (int i = 0; i < b.size; ++i) rows[i] = d[i] - next[b.offset + i];
+    }
+    for (int i = 0; i < b.tangent_size; ++i) squared += rows[i] * rows[i];
+    rows += b.tangent_size;
+    d += b.size;
+  }
+  return squared;
+}
+
+void Transcription::fill_stage(int knot, const RowMatrix& trajectory) {
+  const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
+  const KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
+  QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
+  const double* slopes = in.slopes.data();
+  auto gather = [&](const Gather& recipe, const std::vector<double>& source, SparseBlock& block) {
+    std::fill(block.values.begin(), block.values.end(), 0.0);
+    recipe.add(source.data(), slopes, block.values.data());
+  };
+  auto pick = [](const std::vector<int>& rows, const std::vector<double>& source, double* target) {
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      target[i] = source[static_cast<std::size_t>(rows[i])];
+  };
+
+  gather(shape.hessian, in.hessian, stage.hessian);
+  stage.gradient.setZero();
+  shape.gradient.add(in.gradient.data(), slopes, stage.gradient.data());
+  gather(shape.penalty, in.inequality_jacobian, stage.penalty_jacobian);
+  gather(shape.inequality, in.inequality_jacobian, stage.inequality_jacobian);
+  gather(shape.equality, in.equality_jacobian, stage.equality_jacobian);
+  shape.initial_link.add(in.link_jacobian.data(), slopes, stage.equality_jacobian.values.data());
+  gather(shape.link_previous, in.link_previous_jacobian, stage.link_previous);
+  gather(shape.link, in.link_jacobian, stage.link_jacobian);
+  pick(shape.penalty_rows, in.inequality, stage.penalty_value.data());
+  pick(shape.inequality_rows, in.inequality, stage.inequality_value.data());
+  pick(shape.equality_rows, in.equality, stage.equality_value.data());
+  pick(shape.initial_links, in.link, stage.equality_value.data() + shape.equality_rows.size());
+  pick(shape.link_rows, in.link, stage.link_value.data());
+
+  if (knot == horizon_) return;
+  gather(shape.dynamics, in.dynamics_jacobian, stage.dynamics);
+  gather(shape.implicit, in.implicit_jacobian, stage.implicit);
+  defect(knot, trajectory, stage.offset.data());
+  // A carried block's rows: its coordinates here minus those at the next knot.
+  const ColumnMap& next = shapes_[static_cast<std::size_t>(knot + 1)]->columns;
+  const auto& blocks = problem_->blocks();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const int row = next.first_column(static_cast<int>(b));
+    if (row < problem_->ndx() || row >= next.nx) continue;
+    for (int i = 0; i < next.column_count(static_cast<int>(b)); ++i)
+      stage.offset[row + i] = trajectory(knot, blocks[b].offset + i) -
+                              trajectory(knot + 1, blocks[b].offset + i);
+  }
+}
+
+NonFinite Transcription::linearize(const RowMatrix& trajectory) {
+  resolve_shapes();
+  pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
+    evaluate_knot(thread, knot, trajectory, true);
+    fill_stage(knot, trajectory);
+  });
+  update_initial_state(trajectory);
+  return find_non_finite();
+}
+
+void Transcription::update_initial_state(const RowMatrix& trajectory) {
+  state_difference(*problem_, measured_.data(), trajectory.row(0).data(), qp_.initial_state.data());
+}
+
+Evaluation Transcription::evaluate(const RowMatrix& trajectory) {
+  resolve_shapes();
+  pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
+    evaluate_knot(thread, knot, trajectory, false);
+  });
+  Evaluation total;
+  double squared = 0.0;
+  auto residual = [&](double value) {
+    total.equality_max = std::max(total.equality_max, std::abs(value));
+    squared += value * value;
+  };
+  std::vector<double>& defects = step_buffer_;
+  for (int k = 0; k <= horizon_; ++k) {
+    const KnotShape& shape = *shapes_[static_cast<std::size_t>(k)];
+    const KnotBuffers& out = buffers_[static_cast<std::size_t>(k)];
+    const QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
+    total.cost += out.cost;
+    for (std::size_t i = 0; i < shape.penalty_rows.size(); ++i)
+      total.penalty +=
+          evaluate_penalty(stage.penalty_policy[i],
+                           out.inequality[static_cast<std::size_t>(shape.penalty_rows[i])])
+              .value;
+    for (int row : shape.inequality_rows) {
+      const double h = out.inequality[static_cast<std::size_t>(row)];
+      total.inequality_max = std::max(total.inequality_max, h);
+      if (h > 0.0) squared += h * h;
+    }
+    for (int row : shape.equality_rows) residual(out.equality[static_cast<std::size_t>(row)]);
+    for (int row : shape.initial_links) residual(out.link[static_cast<std::size_t>(row)]);
+    for (int row : shape.link_rows) residual(out.link[static_cast<std::size_t>(row)]);
+    if (k == horizon_) continue;
+    defect(k, trajectory, defects.data());
+    for (int i = 0; i < problem_->ndx(); ++i) residual(defects[static_cast<std::size_t>(i)]);
+  }
+  total.infeasibility = std::sqrt(squared);
+  total.is_finite = std::isfinite(total.total()) && std::isfinite(total.infeasibility);
+  return total;
+}
+
+}  // namespace palanquin

@@ -1,0 +1,81 @@
+#include "palanquin/core/lowered_function.hpp"
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace palanquin {
+
+LoweredLibrary::LoweredLibrary(const std::string& path) : path_(path) {
+  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (handle == nullptr) {
+    const char* reason = dlerror();
+    throw std::runtime_error("cannot load '" + path + "': " + (reason ? reason : "unknown"));
+  }
+  handle_ = std::shared_ptr<void>(handle, [](void* h) { dlclose(h); });
+}
+
+void* LoweredLibrary::symbol(const std::string& symbol) const {
+  void* address = dlsym(handle_.get(), symbol.c_str());
+  if (address == nullptr)
+    throw std::runtime_error("'" + path_ + "' has no symbol '" + symbol +
+                             "'; it was not lowered by this version of Palanquin");
+  return address;
+}
+
+namespace {
+
+/// CasADi's compact pattern: rows, cols, then cols + 1 starts (or 1 for dense), then rows' indices.
+Sparsity parse_sparsity(const long long* compact) {
+  Sparsity s;
+  s.rows = static_cast<int>(compact[0]);
+  s.cols = static_cast<int>(compact[1]);
+  const long long* start = compact + 2;
+  if (start[0] != 0) {  // dense
+    for (int j = 0; j <= s.cols; ++j) s.column_start.push_back(j * s.rows);
+    for (int j = 0; j < s.cols; ++j)
+      for (int i = 0; i < s.rows; ++i) s.row_index.push_back(i);
+    return s;
+  }
+  for (int j = 0; j <= s.cols; ++j) s.column_start.push_back(static_cast<int>(start[j]));
+  const long long* row = start + s.cols + 1;
+  for (long long i = 0; i < start[s.cols]; ++i) s.row_index.push_back(static_cast<int>(row[i]));
+  return s;
+}
+
+}  // namespace
+
+LoweredFunction::LoweredFunction(const LoweredLibrary& library, const std::string& name)
+    : name_(name), code_(reinterpret_cast<Code>(library.symbol(name))) {
+  auto count = [&](const char* suffix) {
+    return reinterpret_cast<long long (*)()>(library.symbol(name + suffix))();
+  };
+  argument_count_ = static_cast<int>(count("_n_in"));
+  auto pattern =
+      reinterpret_cast<const long long* (*)(long long)>(library.symbol(name + "_sparsity_out"));
+  const long long results = count("_n_out");
+  for (long long i = 0; i < results; ++i) results_.push_back(parse_sparsity(pattern(i)));
+  auto work = reinterpret_cast<int (*)(long long*, long long*, long long*, long long*)>(
+      library.symbol(name + "_work"));
+  long long arguments = 0, outputs = 0, integers = 0, reals = 0;
+  work(&arguments, &outputs, &integers, &reals);
+  size_arguments_ = static_cast<std::size_t>(arguments);
+  size_results_ = static_cast<std::size_t>(outputs);
+  size_integers_ = static_cast<std::size_t>(integers);
+  size_reals_ = static_cast<std::size_t>(reals);
+}
+
+void LoweredFunction::prepare(FunctionWorkspace& workspace) const {
+  auto grow = [](auto& v, std::size_t size) { v.resize(std::max(v.size(), size)); };
+  grow(workspace.arguments, std::max(size_arguments_, static_cast<std::size_t>(argument_count_)));
+  grow(workspace.results, std::max(size_results_, results_.size()));
+  grow(workspace.integers, size_integers_);
+  grow(workspace.reals, size_reals_);
+}
+
+void LoweredFunction::operator()(FunctionWorkspace& w) const {
+  code_(w.arguments.data(), w.results.data(), w.integers.data(), w.reals.data(), 0);
+}
+
+}  // namespace palanquin

@@ -1,0 +1,51 @@
+#include "palanquin/core/manifold.hpp"
+
+#include <cmath>
+
+namespace palanquin {
+
+Vector4 quaternion_multiply(const Vector4& a, const Vector4& b) {
+  return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+}
+
+Vector4 quaternion_conjugate(const Vector4& q) { return {q[0], -q[1], -q[2], -q[3]}; }
+
+Vector4 quaternion_exp(const Vector3& v) {
+  const double angle = v.norm();
+  // sin(t/2)/t to fourth order where the quotient loses digits.
+  const double half_sinc =
+      angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
+  return {std::cos(0.5 * angle), half_sinc * v[0], half_sinc * v[1], half_sinc * v[2]};
+}
+
+Vector3 quaternion_log(const Vector4& q) {
+  const double sign = q[0] < 0.0 ? -1.0 : 1.0;
+  const Vector3 vec = sign * q.tail<3>();
+  const double sine = vec.norm();
+  const double cosine = sign * q[0];
+  const double factor =
+      sine < 1e-6 ? 2.0 / cosine * (1.0 - sine * sine / (3.0 * cosine * cosine))
+                  : 2.0 * std::atan2(sine, cosine) / sine;
+  return factor * vec;
+}
+
+Vector4 quaternion_plus(const Vector4& q, const Vector3& d) {
+  return quaternion_multiply(q, quaternion_exp(d)).normalized();
+}
+
+Vector3 quaternion_minus(const Vector4& a, const Vector4& b) {
+  return quaternion_log(quaternion_multiply(quaternion_conjugate(b), a));
+}
+
+Vector4 quaternion_interpolate(const Vector4& a, const Vector4& b, double t) {
+  return quaternion_plus(a, t * quaternion_minus(b, a));
+}
+
+Vector4 quaternion_aligned(const Vector4& q, const Vector4& reference) {
+  return q.dot(reference) < 0.0 ? Vector4(-q) : q;
+}
+
+}  // namespace palanquin

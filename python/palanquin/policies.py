@@ -1,0 +1,95 @@
+"""How an inequality row h <= 0 enters a problem: three penalties, or a hard constraint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from palanquin.errors import ProblemError
+
+
+@dataclass(frozen=True)
+class Policy:
+    """Base of the policies; `kind` is the code that the engine knows (`PolicyKind` in C++)."""
+
+    kind: ClassVar[int]
+
+    def coefficients(self) -> tuple[float, float]:
+        """Stiffness and smoothing as the engine takes them."""
+        raise NotImplementedError
+
+
+def _require_positive(policy: Policy, **values: float) -> None:
+    for field, value in values.items():
+        if not 0.0 < value < float("inf"):
+            raise ProblemError(
+                f"{type(policy).__name__}.{field} is {value}; it must be positive and finite"
+            )
+
+
+@dataclass(frozen=True)
+class Penalty(Policy):
+    """Twice continuously differentiable penalty (De Vincenti and Coros, eq. 15).
+
+    S(h) = K (h^2 + eps^2 / 3) for h >= eps, 0 for h <= -eps, and
+    K (h^3 / (6 eps) + h^2 / 2 + eps h / 2 + eps^2 / 6) between. The paper prints the middle branch
+    with the signs of its odd terms reversed, which makes it discontinuous.
+
+    Attributes:
+        stiffness: K, cost per squared unit of the row.
+        smoothing: eps, half-width of the blend, in the row's unit.
+    """
+
+    kind: ClassVar[int] = 1
+    stiffness: float = 420.0
+    smoothing: float = 1e-3
+
+    def __post_init__(self) -> None:
+        _require_positive(self, stiffness=self.stiffness, smoothing=self.smoothing)
+
+    def coefficients(self) -> tuple[float, float]:
+        return self.stiffness, self.smoothing
+
+
+@dataclass(frozen=True)
+class SquaredHinge(Policy):
+    """S(h) = K max(h, 0)^2; `stiffness` is K, cost per squared unit of the row."""
+
+    kind: ClassVar[int] = 2
+    stiffness: float = 420.0
+
+    def __post_init__(self) -> None:
+        _require_positive(self, stiffness=self.stiffness)
+
+    def coefficients(self) -> tuple[float, float]:
+        return self.stiffness, 0.0
+
+
+@dataclass(frozen=True)
+class RelaxedBarrier(Policy):
+    """S(h) = -mu log(-h) for h <= -delta, continued as a quadratic with matching curvature.
+
+    Attributes:
+        weight: mu.
+        relaxation: delta, distance to the boundary where the quadratic takes over, in the row's unit.
+    """
+
+    kind: ClassVar[int] = 3
+    weight: float = 0.1
+    relaxation: float = 0.01
+
+    def __post_init__(self) -> None:
+        _require_positive(self, weight=self.weight, relaxation=self.relaxation)
+
+    def coefficients(self) -> tuple[float, float]:
+        return self.weight, self.relaxation
+
+
+@dataclass(frozen=True)
+class Hard(Policy):
+    """The row stays a constraint; it needs a back end that takes inequalities (OSQP, Ipopt)."""
+
+    kind: ClassVar[int] = 0
+
+    def coefficients(self) -> tuple[float, float]:
+        return 0.0, 0.0

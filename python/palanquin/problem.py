@@ -1,0 +1,488 @@
+"""Optimal control problems, stated symbolically.
+
+A `Problem` collects blocks of variables, run-time parameters, dynamics, costs and constraint rows as
+CasADi expressions of one knot. Nothing in it depends on the horizon's length or on a gait:
+
+    min  sum_{k<N} l(z_k, p_k) + l_N(z_N, p_N)
+    s.t. x_{k+1} = d(z_k, x_{k+1}, p_k),  g(z_k, p_k) = 0,  h(z_k, p_k) <= 0,  c(z_{k-1}, z_k, p_k) = 0
+
+where z_k stacks all blocks of knot k and x_k its states. `Problem.lower` compiles it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from palanquin import policies
+from palanquin.errors import ProblemError
+
+if TYPE_CHECKING:
+    from palanquin.lowered import Lowered
+
+Expression = ca.SX
+At = Literal["running", "terminal", "all"]
+Deferred = Expression | Callable[[], Expression]
+Handle = TypeVar("Handle")
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
+
+
+class Role(IntEnum):
+    """What a block is at one knot; the codes are the engine's.
+
+    INPUT: free, meets the dynamics. CARRIED: equals its value at the knot before (a state without
+    dynamics of its own; known when the chain starts before the horizon). LOCAL: free, meets only
+    the cost and rows of its own knot. ABSENT: held at zero. STATE is for blocks with dynamics.
+    """
+
+    INPUT = 0
+    CARRIED = 1
+    LOCAL = 2
+    ABSENT = 3
+    STATE = 4
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A surface on which a block lives: value = embed(its first `coordinates` entries).
+
+    Attributes:
+        coordinates: number m of leading entries of the block that parametrise the surface.
+        embed: maps the coordinates [m] to the block's value [n]; its first m entries are the
+            coordinates themselves.
+        active: expression of parameters, nonzero where the block is on the surface.
+    """
+
+    coordinates: int
+    embed: Callable[[Expression], Expression]
+    active: Expression | float = 1.0
+
+
+@dataclass(frozen=True)
+class Block:
+    """A named group of variables of one knot. `size` is ambient, `tangent_size` counts steps."""
+
+    name: str
+    size: int
+    tangent_size: int
+    is_quaternion: bool
+    is_state: bool
+    symbol: Expression
+    next_symbol: Expression
+    previous_symbol: Expression
+    role: Expression
+    chart: Chart | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A run-time parameter: `shape` as the user sees it, `default` as a flat row-major array."""
+
+    name: str
+    shape: tuple[int, ...]
+    symbol: Expression
+    default: np.ndarray
+
+
+@dataclass(frozen=True)
+class RowGroup:
+    """Constraint rows of one kind that share name, owner and policy."""
+
+    name: str
+    kind: Literal["equality", "inequality", "link"]
+    at: At
+    expression: Expression
+    active: Expression
+    robot: str
+    limb: str
+    implied: bool
+    policy: policies.Policy
+    scale: float
+
+
+@dataclass(frozen=True)
+class CostTerm:
+    """A cost: sum_i weight_i residual_i^2 when `weight` is given, the expression itself if not."""
+
+    name: str
+    at: At
+    expression: Expression
+    weight: Expression | None
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Next value of a state block: `value`, or the block's own value (+) `increment`."""
+
+    value: Deferred | None = None
+    increment: Deferred | None = None
+
+
+class Module(Protocol):
+    """A piece of a problem that adds its blocks, parameters, dynamics, costs and rows to one."""
+
+    def add_to(self, problem: Problem) -> Any:
+        """Adds the module; what it returns, `Problem.add` hands to the user."""
+
+
+@dataclass
+class _Contents:
+    blocks: dict[str, Block] = field(default_factory=dict)
+    parameters: dict[str, Parameter] = field(default_factory=dict)
+    dynamics: dict[str, Dynamics] = field(default_factory=dict)
+    costs: list[CostTerm] = field(default_factory=list)
+    rows: list[RowGroup] = field(default_factory=list)
+    handles: list[Any] = field(default_factory=list)
+
+
+class Problem:
+    """An optimal control problem under construction.
+
+    Args:
+        horizon: number N of shooting intervals that plans use by default, >= 1.
+        dt: length of an interval in seconds; run-time parameter `dt`, which may differ per knot.
+        name: appears in messages and in the cache.
+
+    Example:
+        >>> car = Problem(horizon=30, dt=0.05)
+        >>> x, u = car.state("pose", 3), car.input("wheels", 2)
+        >>> speed = (u[0] + u[1]) / 2
+        >>> car.dynamics(x, increment=car.dt * ca.vertcat(speed * ca.cos(x[2]),
+        ...     speed * ca.sin(x[2]), u[1] - u[0]))
+        >>> car.residual("goal", x - car.parameter("goal", 3), weight=1.0, at="all")
+        >>> car.residual("effort", u, weight=0.01)
+        >>> car.inequality("lane", x[1] - 0.4, policy=policies.Penalty(stiffness=420))
+    """
+
+    def __init__(self, horizon: int, dt: float, name: str = "problem") -> None:
+        if not isinstance(horizon, int) or horizon < 1:
+            raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
+        if not (np.isfinite(dt) and dt > 0):
+            raise ProblemError(f"dt is {dt!r}; it must be a positive number of seconds")
+        self.horizon = horizon
+        self.name = _checked_name("problem", name)
+        self._contents = _Contents()
+        self.dt: Expression = self.parameter("dt", default=dt)
+
+    # ---- variables -----------------------------------------------------------------------------
+
+    def state(self, name: str, size: int) -> Expression:
+        """Adds a state in R^size, whose next value `dynamics` gives. Returns its symbol [size]."""
+        return self._add_block(name, size, is_state=True, role=ca.SX(Role.STATE))
+
+    def quaternion_state(self, name: str) -> Expression:
+        """Adds a unit-quaternion state (w, x, y, z; body to world). Returns its symbol [4]."""
+        return self._add_block(name, 4, is_state=True, role=ca.SX(Role.STATE), is_quaternion=True)
+
+    def input(self, name: str, size: int) -> Expression:
+        """Adds an input in R^size, free at every knot but the last. Returns its symbol [size]."""
+        return self.variable(name, size)
+
+    def variable(
+        self,
+        name: str,
+        size: int,
+        role: Expression | int = Role.INPUT,
+        chart: Chart | None = None,
+    ) -> Expression:
+        """Adds a block without dynamics whose role may change from knot to knot.
+
+        Args:
+            name: unique name, for example "left.LF.force".
+            size: number of entries.
+            role: a `Role`, or an expression of parameters that evaluates to one.
+            chart: surface on which the block lives where `chart.active` is nonzero.
+
+        Returns:
+            The block's symbol [size].
+        """
+        return self._add_block(name, size, is_state=False, role=ca.SX(role), chart=chart)
+
+    def next(self, symbol: Expression) -> Expression:
+        """Value of a state block at the next knot, for use in `dynamics` (semi-implicit schemes)."""
+        block = self._block_of(symbol)
+        if not block.is_state:
+            raise ProblemError(f"next('{block.name}'): only states have a next value")
+        return block.next_symbol
+
+    def previous(self, symbol: Expression) -> Expression:
+        """Value of a block at the knot before (at knot 0: its measured value), for `link` rows."""
+        return self._block_of(symbol).previous_symbol
+
+    def parameter(
+        self, name: str, shape: int | tuple[int, ...] = 1, default: Any = 0.0
+    ) -> Expression:
+        """Adds a parameter that may change between two solves, and from knot to knot.
+
+        Args:
+            name: unique name.
+            shape: n for a vector, (r, c) for a matrix.
+            default: value at every knot until another is set; a scalar fills the shape.
+
+        Returns:
+            Its symbol, [n] or [r, c].
+        """
+        _checked_name("parameter", name)
+        if name in self._contents.parameters:
+            raise ProblemError(f"parameter '{name}' exists already")
+        dims = (shape,) if isinstance(shape, int) else tuple(shape)
+        if not 1 <= len(dims) <= 2 or any(not isinstance(d, int) or d < 1 for d in dims):
+            raise ProblemError(f"parameter '{name}': shape {shape!r} must be n or (rows, columns)")
+        try:
+            value = np.broadcast_to(np.asarray(default, dtype=float), dims).ravel().copy()
+        except (TypeError, ValueError) as error:
+            raise ProblemError(
+                f"parameter '{name}': default of shape {np.shape(default)} does not fit {dims}"
+            ) from error
+        flat = ca.SX.sym(name, int(np.prod(dims)))
+        self._contents.parameters[name] = Parameter(name, dims, flat, value)
+        return flat if len(dims) == 1 else ca.reshape(flat, dims[1], dims[0]).T
+
+    # ---- terms ---------------------------------------------------------------------------------
+
+    def dynamics(
+        self,
+        symbol: Expression,
+        value: Deferred | None = None,
+        *,
+        increment: Deferred | None = None,
+    ) -> None:
+        """States the next value of a state block.
+
+        Args:
+            symbol: the state's symbol.
+            value: its next value [size]; or
+            increment: tangent step [tangent size] from its value to the next one, for a quaternion
+                the rotation vector in the body frame, radians. May use `next(...)` of other states
+                as long as no state depends on its own next value.
+
+        Either may be a function without arguments, called when the problem is lowered: a body's
+        acceleration is known only when every module has applied its forces.
+        """
+        block = self._block_of(symbol)
+        if not block.is_state:
+            raise ProblemError(f"dynamics('{block.name}'): it is not a state")
+        if block.name in self._contents.dynamics:
+            raise ProblemError(f"dynamics('{block.name}') is stated twice")
+        if (value is None) == (increment is None):
+            raise ProblemError(f"dynamics('{block.name}'): give either value or increment")
+        dynamics = Dynamics(value, increment)
+        if not (callable(value) or callable(increment)):
+            dynamics = _resolved(block, dynamics)
+        self._contents.dynamics[block.name] = dynamics
+
+    def residual(
+        self,
+        name: str,
+        expression: Expression,
+        weight: Expression | float | Sequence[float] = 1.0,
+        at: At = "running",
+    ) -> None:
+        """Adds the least-squares cost sum_i weight_i expression_i^2 (no factor 1/2)."""
+        column = _column(f"residual '{name}'", expression)
+        weights = ca.SX(weight) if not isinstance(weight, ca.SX) else weight
+        if weights.numel() == 1:
+            weights = ca.repmat(weights, column.numel(), 1)
+        weights = _column(f"residual '{name}' weight", weights, column.numel())
+        self._contents.costs.append(
+            CostTerm(_checked_name("residual", name), _checked_at(name, at), column, weights)
+        )
+
+    def cost(self, name: str, expression: Expression, at: At = "running") -> None:
+        """Adds a general scalar cost, which enters with its exact Hessian; it must be convex."""
+        scalar = _column(f"cost '{name}'", expression, 1)
+        self._contents.costs.append(
+            CostTerm(_checked_name("cost", name), _checked_at(name, at), scalar, None)
+        )
+
+    def equality(self, name: str, expression: Expression, **options: Any) -> None:
+        """Adds rows expression = 0. Options: see `inequality` (without policy)."""
+        self._add_rows("equality", name, expression, policies.Hard(), **options)
+
+    def inequality(
+        self,
+        name: str,
+        expression: Expression,
+        policy: policies.Policy | None = None,
+        **options: Any,
+    ) -> None:
+        """Adds rows expression <= 0.
+
+        Args:
+            name: the constraint family, for example "friction"; families share their policy.
+            expression: column of rows.
+            policy: how the rows enter; `Penalty()` unless told.
+            **options: `at` ("running", "terminal", "all"); `robot` and `limb`, to whom the rows
+                belong; `active`, expression of parameters that is nonzero where the rows hold;
+                `scale`, the physical size of one unit of the row (100 for rows in 100 N);
+                `implied`, true where roles and charts hold the rows by construction.
+        """
+        self._add_rows("inequality", name, expression, policy or policies.Penalty(), **options)
+
+    def link(self, name: str, expression: Expression, **options: Any) -> None:
+        """Adds rows over the knot before and this one (`previous`), expression = 0, k = 0..N-1."""
+        self._add_rows("link", name, expression, policies.Hard(), **options)
+
+    def add(self, *modules: Module) -> Any:
+        """Adds modules in order; returns what the single one, or each of them, gives back."""
+        results = []
+        for module in modules:
+            results.append(module.add_to(self))
+            self._contents.handles.append(results[-1])
+        return results[0] if len(results) == 1 else results
+
+    def lower(self, **options: Any) -> Lowered:
+        """Compiles the problem, or finds it compiled in the cache; see `palanquin.lowered.lower`."""
+        from palanquin.lowered import lower
+
+        return lower(self, **options)
+
+    # ---- contents ------------------------------------------------------------------------------
+
+    @property
+    def blocks(self) -> list[Block]:
+        """All blocks in the order of the knot vector z."""
+        return list(self._contents.blocks.values())
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """All parameters in the order of the parameter vector p."""
+        return list(self._contents.parameters.values())
+
+    @property
+    def costs(self) -> list[CostTerm]:
+        """All cost terms in the order of statement."""
+        return list(self._contents.costs)
+
+    @property
+    def rows(self) -> list[RowGroup]:
+        """All row groups in the order of statement."""
+        return list(self._contents.rows)
+
+    def handles(self, kind: type[Handle]) -> list[Handle]:
+        """What `add` returned so far, as far as it is of the given type, in order of adding."""
+        return [handle for handle in self._contents.handles if isinstance(handle, kind)]
+
+    def dynamics_of(self, block: Block) -> Dynamics:
+        """Dynamics of a state block, evaluated; raises ProblemError when none was stated."""
+        if block.name not in self._contents.dynamics:
+            raise ProblemError(f"state '{block.name}' has no dynamics")
+        return _resolved(block, self._contents.dynamics[block.name])
+
+    # ---- helpers -------------------------------------------------------------------------------
+
+    def _add_block(
+        self,
+        name: str,
+        size: int,
+        *,
+        is_state: bool,
+        role: Expression,
+        is_quaternion: bool = False,
+        chart: Chart | None = None,
+    ) -> Expression:
+        _checked_name("block", name)
+        if name in self._contents.blocks:
+            raise ProblemError(f"block '{name}' exists already")
+        if not isinstance(size, int) or size < 1:
+            raise ProblemError(f"block '{name}': size is {size!r}; it must be at least 1")
+        if chart is not None and not 1 <= chart.coordinates <= size:
+            raise ProblemError(
+                f"block '{name}': chart.coordinates is {chart.coordinates}; 1 to {size} is needed"
+            )
+        block = Block(
+            name=name,
+            size=size,
+            tangent_size=3 if is_quaternion else size,
+            is_quaternion=is_quaternion,
+            is_state=is_state,
+            symbol=ca.SX.sym(name, size),
+            next_symbol=ca.SX.sym(name + "+", size),
+            previous_symbol=ca.SX.sym(name + "-", size),
+            role=role,
+            chart=chart,
+        )
+        self._contents.blocks[name] = block
+        return block.symbol
+
+    def _block_of(self, symbol: Expression) -> Block:
+        for block in self._contents.blocks.values():
+            if block.symbol.shape == symbol.shape and ca.is_equal(block.symbol, symbol):
+                return block
+        raise ProblemError(f"{symbol} is not a block of problem '{self.name}'")
+
+    def _add_rows(
+        self,
+        kind: Literal["equality", "inequality", "link"],
+        name: str,
+        expression: Expression,
+        policy: policies.Policy,
+        at: At = "running",
+        robot: str = "",
+        limb: str = "",
+        active: Expression | float = 1.0,
+        implied: bool = False,
+        scale: float = 1.0,
+    ) -> None:
+        if kind == "link" and at != "running":
+            raise ProblemError(f"link '{name}': at is '{at}'; link rows hold at running knots only")
+        for label in filter(None, (robot, limb)):
+            _checked_name(f"{kind} '{name}': owner", label)
+        if not (np.isfinite(scale) and scale > 0):
+            raise ProblemError(f"{kind} '{name}': scale is {scale}; it must be positive")
+        self._contents.rows.append(
+            RowGroup(
+                name=_checked_name(kind, name),
+                kind=kind,
+                at=_checked_at(name, at),
+                expression=_column(f"{kind} '{name}'", expression),
+                active=_column(f"{kind} '{name}' active", ca.SX(active), 1),
+                robot=robot,
+                limb=limb,
+                implied=implied,
+                policy=policy,
+                scale=float(scale),
+            )
+        )
+
+
+def _checked_name(what: str, name: str) -> str:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ProblemError(
+            f"{what} name {name!r} must start with a letter and hold letters, digits, _ . -"
+        )
+    return name
+
+
+def _checked_at(name: str, at: str) -> At:
+    if at not in ("running", "terminal", "all"):
+        raise ProblemError(f"'{name}': at is {at!r}; it must be 'running', 'terminal' or 'all'")
+    return at  # type: ignore[return-value]
+
+
+def _resolved(block: Block, dynamics: Dynamics) -> Dynamics:
+    """Dynamics with functions called and sizes checked."""
+    what = f"dynamics('{block.name}')"
+    value = dynamics.value() if callable(dynamics.value) else dynamics.value
+    if value is not None:
+        return Dynamics(value=_column(f"{what} value", value, block.size))
+    step = dynamics.increment() if callable(dynamics.increment) else dynamics.increment
+    return Dynamics(increment=_column(f"{what} increment", step, block.tangent_size))
+
+
+def _column(what: str, expression: Any, size: int | None = None) -> Expression:
+    try:
+        column = ca.densify(ca.SX(expression))
+    except (NotImplementedError, TypeError, RuntimeError) as error:
+        raise ProblemError(f"{what} is not a CasADi expression: {expression!r}") from error
+    if column.shape[1] != 1 or column.shape[0] < 1:
+        raise ProblemError(f"{what} has shape {column.shape}; a column vector is needed")
+    if size is not None and column.shape[0] != size:
+        raise ProblemError(f"{what} has {column.shape[0]} rows; {size} are needed")
+    return column
