@@ -1,0 +1,61 @@
+"""The package as installed: what it loads, where it looks for libraries, and its use from C++."""
+
+import importlib.metadata
+import math
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+INSTALLED = Path(sysconfig.get_path("platlib")) / "palanquin"
+
+
+def run(*command: str | Path, **options) -> str:
+    """Run a command and return what it prints; fail with all of its output."""
+    result = subprocess.run(command, capture_output=True, text=True, check=False, **options)
+    assert result.returncode == 0, result.stdout + result.stderr
+    return result.stdout
+
+
+def test_import_needs_no_simulator():
+    blocked = "import sys; sys.modules.update(mujoco=None, pinocchio=None, rerun=None)"
+    run(sys.executable, "-c", f"{blocked}; import palanquin; import palanquin.cli")
+
+
+def test_extension_finds_its_libraries_by_relative_paths_only():
+    (extension,) = INSTALLED.glob("_core.*.so")
+    paths = re.findall(r"\((?:RPATH|RUNPATH)\).*\[(.*)\]", run("readelf", "-d", extension))
+    assert paths == ["$ORIGIN/../casadi"]
+
+
+def test_build_and_run_time_pins_agree():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    dependencies = project["project"]["dependencies"]
+    for name in ("casadi", "cmeel-eigen"):
+        (pin,) = [r for r in project["build-system"]["requires"] if r.startswith(f"{name}==")]
+        assert pin in dependencies
+        assert pin == f"{name}=={importlib.metadata.version(name)}"
+
+
+@pytest.fixture(scope="module")
+def consumer(tmp_path_factory) -> Path:
+    """The executable of the CMake project in consumer/, built against the installed package."""
+    build = tmp_path_factory.mktemp("consumer")
+    tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    source = Path(__file__).with_name("consumer")
+    run("cmake", "-S", source, "-B", build, f"-Dpalanquin_ROOT={INSTALLED}", env=tools)
+    run("cmake", "--build", build, env=tools)
+    return build / "consumer"
+
+
+def test_cpp_program_links_the_installed_package(consumer):
+    w, x, y, z = map(float, run(consumer, "1.0").split())
+    assert (x, y) == (0.0, 0.0)
+    assert w == pytest.approx(math.cos(0.5), rel=1e-5)
+    assert z == pytest.approx(math.sin(0.5), rel=1e-5)
