@@ -22,32 +22,6 @@ void penalty_rows(const QpStage& stage, const Eigen::VectorXd& w, Eigen::VectorX
   stage.penalty_jacobian.multiply_add(w.data(), h.data());
 }
 
-/// Gradient of the Lagrangian with respect to w_k.
-Eigen::VectorXd lagrangian_gradient(const StageQp& qp, const PenaltyModel& model,
-                                    const StageQpSolution& s, int k) {
-  const QpStage& stage = qp.stages[k];
-  Eigen::VectorXd r = stage.gradient;
-  stage.hessian.multiply_symmetric_add(s.w[k].data(), r.data());
-
-  Eigen::VectorXd t = Eigen::VectorXd::Zero(stage.penalty_value.size());
-  stage.penalty_jacobian.multiply_add(s.w[k].data(), t.data());
-  const Eigen::VectorXd penalty_slope = model.slope[k] + model.curvature[k].cwiseProduct(t);
-  stage.penalty_jacobian.multiply_transposed_add(penalty_slope.data(), r.data());
-
-  stage.equality_jacobian.multiply_transposed_add(s.equality_multiplier[k].data(), r.data());
-  stage.inequality_jacobian.multiply_transposed_add(s.inequality_multiplier[k].data(), r.data());
-  stage.link_jacobian.multiply_transposed_add(s.link_multiplier[k].data(), r.data());
-  r.head(stage.nx) -= s.dynamics_multiplier[k];
-  if (k > 0)
-    qp.stages[k - 1].implicit.multiply_transposed_add(s.dynamics_multiplier[k].data(), r.data());
-  if (k < qp.horizon()) {
-    stage.dynamics.multiply_transposed_add(s.dynamics_multiplier[k + 1].data(), r.data());
-    qp.stages[k + 1].link_previous.multiply_transposed_add(s.link_multiplier[k + 1].data(),
-                                                           r.data());
-  }
-  return r;
-}
-
 /// F_k w_k + b_k - (I - N_k) x_{k+1}
 Eigen::VectorXd dynamics_defect(const QpStage& stage, const Eigen::VectorXd& w,
                                 const Eigen::VectorXd& next_x) {
@@ -127,6 +101,30 @@ double evaluate_cost(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
   return cost;
 }
 
+void lagrangian_gradient(const StageQp& qp, const PenaltyModel& model, const StageQpSolution& s,
+                         int k, Eigen::Ref<Eigen::VectorXd> gradient,
+                         Eigen::Ref<Eigen::VectorXd> rows) {
+  const QpStage& stage = qp.stages[k];
+  double* r = gradient.data();
+  gradient = stage.gradient;
+  stage.hessian.multiply_symmetric_add(s.w[k].data(), r);
+
+  rows.setZero();
+  stage.penalty_jacobian.multiply_add(s.w[k].data(), rows.data());
+  rows = model.slope[k] + model.curvature[k].cwiseProduct(rows);
+  stage.penalty_jacobian.multiply_transposed_add(rows.data(), r);
+
+  stage.equality_jacobian.multiply_transposed_add(s.equality_multiplier[k].data(), r);
+  stage.inequality_jacobian.multiply_transposed_add(s.inequality_multiplier[k].data(), r);
+  stage.link_jacobian.multiply_transposed_add(s.link_multiplier[k].data(), r);
+  gradient.head(stage.nx) -= s.dynamics_multiplier[k];
+  if (k > 0) qp.stages[k - 1].implicit.multiply_transposed_add(s.dynamics_multiplier[k].data(), r);
+  if (k < qp.horizon()) {
+    stage.dynamics.multiply_transposed_add(s.dynamics_multiplier[k + 1].data(), r);
+    qp.stages[k + 1].link_previous.multiply_transposed_add(s.link_multiplier[k + 1].data(), r);
+  }
+}
+
 double KktResidual::max() const { return std::max({stationarity, dynamics, equality}); }
 
 KktResidual kkt_residual(const StageQp& qp, const PenaltyModel& model,
@@ -136,7 +134,9 @@ KktResidual kkt_residual(const StageQp& qp, const PenaltyModel& model,
   grow(residual.dynamics, qp.initial_state - w[0].head(qp.stages[0].nx));
   for (int k = 0; k <= qp.horizon(); ++k) {
     const QpStage& stage = qp.stages[k];
-    grow(residual.stationarity, lagrangian_gradient(qp, model, solution, k));
+    Eigen::VectorXd gradient(stage.nw()), rows(stage.penalty_value.size());
+    lagrangian_gradient(qp, model, solution, k, gradient, rows);
+    grow(residual.stationarity, gradient);
     grow(residual.equality, equality_residual(stage, w[k]));
     if (k > 0) grow(residual.equality, link_residual(stage, w[k - 1], w[k]));
     if (k < qp.horizon())
