@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "palanquin/core/stage_qp.hpp"
+
+namespace palanquin {
+
+enum class QpStatus {
+  NotSolved,
+  Solved,
+  Inaccurate,        ///< the point is finite and usable, a tolerance was missed
+  PrimalInfeasible,  ///< rows contradict each other
+  FactorizationFailed,
+  NonFinite,
+  Unsupported,  ///< the QP has rows that this back end does not take
+};
+std::string_view to_string(QpStatus status);
+inline bool is_usable(QpStatus s) { return s == QpStatus::Solved || s == QpStatus::Inaccurate; }
+
+/// What kinds of rows a back end takes.
+struct QpCapabilities {
+  bool inequality_rows = false;
+  bool link_rows = false;
+};
+
+/// A back end for the StageQp whose penalties have been replaced by a PenaltyModel.
+///
+/// Life cycle: `solve` looks at `qp.structure_revision`; when it differs from the last one seen the
+/// back end analyses the pattern anew (and may allocate), otherwise it only updates values.
+/// A back end owns its workspace and is used by one thread at a time.
+class QpSolver {
+ public:
+  virtual ~QpSolver() = default;
+  virtual std::string_view name() const = 0;
+  virtual QpCapabilities capabilities() const = 0;
+
+  /// Solves the QP. `solution` has the sizes of `qp` (StageQpSolution::resize) and holds a warm
+  /// start on entry; it is overwritten only as far as the returned status says it is usable.
+  virtual QpStatus solve(const StageQp& qp, const PenaltyModel& model,
+                         StageQpSolution& solution) = 0;
+
+  /// Milliseconds of the last solve: value update with (re)factorisation, and the rest.
+  double update_ms() const { return update_ms_; }
+  double solve_ms() const { return solve_ms_; }
+
+ protected:
+  double update_ms_ = 0.0;
+  double solve_ms_ = 0.0;
+};
+
+}  // namespace palanquin
