@@ -64,6 +64,8 @@ class Transcription {
   /// Copies the measured knot vector [nz]: states at knot 0, other blocks' values before it.
   /// Throws std::invalid_argument for values that are not finite or quaternions of norm zero.
   void set_measured(VectorView measured);
+  /// The measured knot with its quaternions normalised.
+  const Eigen::VectorXd& measured() const { return measured_; }
 
   /// Makes `trajectory` [N + 1, nz] consistent with roles: fixed and carried blocks copied, absent
   /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is not touched.

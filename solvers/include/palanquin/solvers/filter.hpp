@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+namespace palanquin {
+
+/// Parameters of the filter line search (Grandia et al. 2022, section V-E, reference [20] of De
+/// Vincenti and Coros). theta is the 2-norm of the equality residuals and violated hard rows, phi
+/// the cost with penalties.
+struct LineSearchSettings {
+  double max_infeasibility = 1e2;   ///< above: accept only if theta falls by max_relative_decrease
+  double min_infeasibility = 1e-6;  ///< both below: accept on phi's Armijo decrease alone
+  double infeasibility_decrease = 1e-4;  ///< gamma_theta
+  double cost_decrease = 1e-6;           ///< gamma_phi
+  double armijo = 1e-4;                  ///< fraction of the predicted decrease of phi
+  double contraction = 0.5;              ///< of the step length, in (0, 1)
+  double min_step = 1e-4;                ///< shortest step length that is tried
+
+  /// An empty string, or a sentence that names field, value and rule.
+  std::string explain_invalid() const;
+};
+
+/// A trajectory as the filter sees it.
+struct Merit {
+  double infeasibility = 0.0;  ///< theta
+  double cost = 0.0;           ///< phi
+};
+
+/// Whether a step of length `alpha` from `current` to `trial` is acceptable. `directional_cost` is
+/// the predicted change of phi for a full step (negative: decrease).
+bool is_step_acceptable(const LineSearchSettings& settings, const Merit& current,
+                        const Merit& trial, double alpha, double directional_cost);
+
+}  // namespace palanquin

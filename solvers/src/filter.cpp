@@ -1,0 +1,26 @@
+#include "palanquin/solvers/filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "setting_rules.hpp"
+
+namespace palanquin {
+
+bool is_step_acceptable(const LineSearchSettings& s, const Merit& current, const Merit& trial,
+                        double alpha, double directional_cost) {
+  if (!std::isfinite(trial.infeasibility) || !std::isfinite(trial.cost)) return false;
+  // Rounding of the two costs must not decide.
+  const double slack = 1e-12 * std::max(1.0, std::abs(current.cost));
+
+  if (trial.infeasibility > s.max_infeasibility)
+    return trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;
+  const bool both_feasible =
+      std::max(trial.infeasibility, current.infeasibility) < s.min_infeasibility;
+  if (both_feasible && directional_cost < 0.0)
+    return trial.cost < current.cost + s.armijo * alpha * directional_cost + slack;
+  return trial.cost < current.cost - s.cost_decrease * current.infeasibility + slack ||
+         trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;
+}
+
+}  // namespace palanquin

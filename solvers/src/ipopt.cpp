@@ -1,0 +1,108 @@
+#include "palanquin/solvers/ipopt.hpp"
+
+#include <chrono>
+#include <stdexcept>
+
+#include <coin-or/IpIpoptApplication.hpp>
+#include <coin-or/IpSolveStatistics.hpp>
+
+#include "nlp.hpp"
+#include "setting_rules.hpp"
+
+namespace palanquin {
+
+std::string IpoptSettings::explain_invalid() const {
+  return SettingRules("ipopt.")
+      .at_least("max_iterations", max_iterations, 1)
+      .positive("tolerance", tolerance)
+      .positive("max_seconds", max_seconds)
+      .positive("initial_barrier", initial_barrier)
+      .check(print_level >= 0 && print_level <= 12, "print_level", print_level, "0 to 12")
+      .sentence();
+}
+
+Ipopt::Ipopt(std::shared_ptr<const LoweredProblem> problem, const std::string& nlp_library,
+             int horizon, const IpoptSettings& settings)
+    : problem_(std::move(problem)),
+      functions_(std::make_unique<Functions>(nlp_library)),
+      settings_(settings),
+      transcription_(problem_, horizon, Form::Paper) {
+  if (const std::string reason = settings.explain_invalid(); !reason.empty())
+    throw std::invalid_argument(reason);
+}
+
+Ipopt::~Ipopt() = default;
+
+void Ipopt::set_policy(const std::string& family, const Policy& policy) {
+  transcription_.set_policy(family, policy);
+}
+
+namespace {
+
+std::pair<Status, std::string> interpret(::Ipopt::ApplicationReturnStatus status) {
+  switch (status) {
+    case ::Ipopt::Solve_Succeeded: return {Status::Converged, "optimal"};
+    case ::Ipopt::Solved_To_Acceptable_Level:
+      return {Status::Converged, "solved to Ipopt's acceptable level"};
+    case ::Ipopt::Infeasible_Problem_Detected:
+      return {Status::Infeasible, "converged to a point of local infeasibility"};
+    case ::Ipopt::Search_Direction_Becomes_Too_Small:
+      return {Status::Stalled, "the search direction became too small"};
+    case ::Ipopt::Maximum_Iterations_Exceeded:
+      return {Status::NotSolved, "maximum number of iterations exceeded"};
+    case ::Ipopt::Maximum_CpuTime_Exceeded:
+    case ::Ipopt::Maximum_WallTime_Exceeded:
+      return {Status::NotSolved, "maximum time exceeded"};
+    case ::Ipopt::Invalid_Number_Detected:
+      return {Status::NonFinite, "a function is not finite"};
+    case ::Ipopt::Restoration_Failed:
+      return {Status::Infeasible, "the restoration of feasibility failed"};
+    default:
+      return {Status::QpFailed, "Ipopt stopped with code " + std::to_string(status)};
+  }
+}
+
+}  // namespace
+
+IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
+  transcription_.set_parameters(parameters);
+  transcription_.set_measured(measured);
+  RowMatrix start = guess;
+  transcription_.project(start);
+
+  IpoptResult result;
+  const NonFinite bad = transcription_.linearize(start);
+  if (bad.found) {
+    result.status = Status::NonFinite;
+    result.message = bad.message;
+    result.trajectory = start;
+    return result;
+  }
+  ::Ipopt::SmartPtr<Nlp> nlp = new Nlp(*problem_, *functions_, transcription_, settings_.penalize,
+                                       parameters, transcription_.measured(), start);
+  ::Ipopt::SmartPtr<::Ipopt::IpoptApplication> application = IpoptApplicationFactory();
+  auto options = application->Options();
+  options->SetIntegerValue("print_level", settings_.print_level);
+  options->SetStringValue("sb", "yes");
+  options->SetIntegerValue("max_iter", settings_.max_iterations);
+  options->SetNumericValue("tol", settings_.tolerance);
+  options->SetNumericValue("constr_viol_tol", 1e-9);
+  options->SetNumericValue("bound_relax_factor", 1e-10);
+  options->SetNumericValue("max_wall_time", settings_.max_seconds);
+  options->SetNumericValue("mu_init", settings_.initial_barrier);
+  options->SetStringValue("linear_solver", "mumps");
+  const auto start_time = std::chrono::steady_clock::now();
+  ::Ipopt::ApplicationReturnStatus status = application->Initialize();
+  if (status == ::Ipopt::Solve_Succeeded) status = application->OptimizeTNLP(nlp);
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - start_time;
+
+  std::tie(result.status, result.message) = interpret(status);
+  if (::Ipopt::IsValid(application->Statistics()))
+    result.iterations = application->Statistics()->IterationCount();
+  result.milliseconds = elapsed.count();
+  result.trajectory = nlp->trajectory();
+  return result;
+}
+
+}  // namespace palanquin
