@@ -1,0 +1,62 @@
+"""Unit quaternions (w, x, y, z), body to world, as NumPy arrays.
+
+Every function is vectorised over leading axes: quaternions are [..., 4], vectors [..., 3].
+`palanquin.quaternion` has the same operations for CasADi expressions.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Hamilton product a * b."""
+    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
+    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
+    scalar = aw * bw - (av * bv).sum(-1, keepdims=True)
+    return np.concatenate([scalar, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
+
+
+def conjugate(q: np.ndarray) -> np.ndarray:
+    """Inverse of unit quaternions."""
+    return np.asarray(q, dtype=float) * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Body-frame vectors `v` expressed in the world frame."""
+    q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+    twice = 2 * np.cross(q[..., 1:], v)
+    return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+
+
+def rotate_inverse(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """World-frame vectors `v` expressed in the body frame."""
+    return rotate(conjugate(q), v)
+
+
+def from_yaw(yaw: np.ndarray | float) -> np.ndarray:
+    """Rotation by `yaw` radians about z."""
+    half = np.asarray(yaw, dtype=float)[..., None] / 2
+    zero = np.zeros_like(half)
+    return np.concatenate([np.cos(half), zero, zero, np.sin(half)], axis=-1)
+
+
+def from_rotation_vector(v: np.ndarray) -> np.ndarray:
+    """exp(v) for rotation vectors in radians."""
+    v = np.asarray(v, dtype=float)
+    angle = np.linalg.norm(v, axis=-1, keepdims=True)
+    # sinc handles the zero angle: sin(t/2)/t = sinc(t / 2 pi) / 2.
+    return np.concatenate([np.cos(angle / 2), v * np.sinc(angle / (2 * np.pi)) / 2], axis=-1)
+
+
+def tilt_to(normal: np.ndarray) -> np.ndarray:
+    """Smallest rotation that takes the z axis to the unit vectors `normal` (z component > -1)."""
+    n = np.asarray(normal, dtype=float)
+    q = np.stack([1 + n[..., 2], -n[..., 1], n[..., 0], np.zeros_like(n[..., 0])], axis=-1)
+    return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def yaw_of(q: np.ndarray) -> np.ndarray:
+    """Heading: angle of the body's x axis, projected onto the horizontal plane, radians."""
+    x_axis = rotate(q, np.array([1.0, 0.0, 0.0]))
+    return np.arctan2(x_axis[..., 1], x_axis[..., 0])

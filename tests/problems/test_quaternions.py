@@ -1,0 +1,62 @@
+"""Array quaternions against rotation matrices and against the CasADi ones."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from palanquin import quaternion
+from palanquin.problems import quaternions
+
+
+@pytest.fixture
+def random_pair():
+    rng = np.random.default_rng(3)
+    q = rng.normal(size=(5, 4))
+    return q / np.linalg.norm(q, axis=1, keepdims=True), rng.normal(size=(5, 3))
+
+
+def scipy_rotation(q):
+    return Rotation.from_quat(np.roll(q, -1, axis=-1))
+
+
+def test_rotation_agrees_with_matrices(random_pair):
+    q, v = random_pair
+    np.testing.assert_allclose(quaternions.rotate(q, v), scipy_rotation(q).apply(v), atol=1e-14)
+    np.testing.assert_allclose(
+        quaternions.rotate_inverse(q, v), scipy_rotation(q).inv().apply(v), atol=1e-14
+    )
+
+
+def test_product_composes_rotations(random_pair):
+    q, v = random_pair
+    product = quaternions.multiply(q, q[::-1])
+    twice = quaternions.rotate(q, quaternions.rotate(q[::-1], v))
+    np.testing.assert_allclose(quaternions.rotate(product, v), twice, atol=1e-14)
+
+
+def test_symbolic_and_array_versions_agree(random_pair):
+    q, v = random_pair
+    for qi, vi in zip(q, v, strict=True):
+        symbolic = ca.DM(quaternion.rotate(ca.DM(qi), ca.DM(vi)))
+        np.testing.assert_allclose(quaternions.rotate(qi, vi), np.array(symbolic)[:, 0], atol=1e-14)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-9, 1.0, 3.0])
+def test_exponential(scale):
+    v = scale * np.array([0.36, -0.48, 0.8])
+    expected = np.roll(Rotation.from_rotvec(v).as_quat(), 1)
+    np.testing.assert_allclose(quaternions.from_rotation_vector(v), expected, atol=1e-14)
+
+
+def test_tilt_is_the_smallest_rotation_onto_the_normal():
+    n = np.array([0.3, -0.2, 0.933])
+    n /= np.linalg.norm(n)
+    q = quaternions.tilt_to(n)
+    np.testing.assert_allclose(quaternions.rotate(q, [0, 0, 1]), n, atol=1e-14)
+    assert q[3] == 0  # no turn about z
+    assert 2 * np.arccos(q[0]) == pytest.approx(np.arccos(n[2]))
+
+
+def test_yaw_is_recovered():
+    np.testing.assert_allclose(quaternions.yaw_of(quaternions.from_yaw([-2.0, 0.3])), [-2.0, 0.3])
