@@ -1,0 +1,130 @@
+"""Height maps z_g(x, y): numbers for references and plots, expressions for problems.
+
+Flat, plane and ramp share one expression with six run-time parameters,
+
+    z_g = z0 + ax x + ay y + H/2 (1 + tanh(rate/2 (x - xg))),   rate = 4 kappa / H,
+
+whose last term is the logistic ramp (17) of De Vincenti and Coros, written with tanh because the
+exponential overflows far below the ramp and its derivative is then undefined.
+"""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from palanquin.problems import checks
+
+
+class Terrain(abc.ABC):
+    """A smooth height map over the world's xy-plane, in metres."""
+
+    @abc.abstractmethod
+    def parameters(self) -> Mapping[str, np.ndarray]:
+        """Run-time parameters by name, flat arrays."""
+
+    @abc.abstractmethod
+    def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """z_g at the symbols x, y, given symbols of `parameters`."""
+
+    @cached_property
+    def _function(self) -> ca.Function:
+        xy = ca.SX.sym("xy", 2)
+        values = {name: ca.SX(ca.DM(value)) for name, value in self.parameters().items()}
+        z = ca.SX(self.expression(xy[0], xy[1], values))
+        return ca.Function("terrain", [xy], [z, ca.densify(ca.gradient(z, xy))])
+
+    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """z_g, m, of the common shape of x and y."""
+        x, y = np.broadcast_arrays(x, y)
+        z, _ = self._function(np.stack([x.ravel(), y.ravel()]))
+        return np.asarray(z).reshape(x.shape)
+
+    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """(dz/dx, dz/dy), shape [..., 2]."""
+        x, y = np.broadcast_arrays(x, y)
+        _, slope = self._function(np.stack([x.ravel(), y.ravel()]))
+        return np.asarray(slope).T.reshape(*x.shape, 2)
+
+    def normal(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """Unit normal n_g, upwards, shape [..., 3]."""
+        slope = self.gradient(x, y)
+        n = np.concatenate([-slope, np.ones_like(slope[..., :1])], axis=-1)
+        return n / np.linalg.norm(n, axis=-1, keepdims=True)
+
+
+@dataclass(frozen=True)
+class PlaneWithRamp(Terrain):
+    """The family behind `Flat`, `Plane` and `Ramp`; see the equation on top.
+
+    Attributes:
+        plane: (z0, ax, ay) in m and m/m.
+        ramp: (H, rate, xg) in m, 1/m, m.
+    """
+
+    plane: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    ramp: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def parameters(self) -> Mapping[str, np.ndarray]:
+        """`plane` and `ramp`."""
+        return {"plane": np.array(self.plane), "ramp": np.array(self.ramp)}
+
+    def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """The equation on top."""
+        z0, ax, ay = ca.vertsplit(parameters["plane"])
+        height, rate, xg = ca.vertsplit(parameters["ramp"])
+        return z0 + ax * x + ay * y + height / 2 * (1 + ca.tanh(rate / 2 * (x - xg)))
+
+
+def Flat(z0: float = 0.0) -> PlaneWithRamp:  # noqa: N802  (reads as the terrain's name)
+    """Level ground at height `z0`, m."""
+    return Plane(z0)
+
+
+def Plane(z0: float = 0.0, ax: float = 0.0, ay: float = 0.0) -> PlaneWithRamp:  # noqa: N802
+    """z_g = z0 + ax x + ay y."""
+    checks.array("terrain: z0, ax, ay", (z0, ax, ay), 3)
+    return PlaneWithRamp(plane=(z0, ax, ay))
+
+
+def Ramp(height: float, slope: float, x: float) -> PlaneWithRamp:  # noqa: N802
+    """Logistic ramp (17).
+
+    Args:
+        height: H, m, positive.
+        slope: kappa, largest slope, reached at `x`.
+        x: x_g, centre of the ramp, m.
+    """
+    height = checks.positive("terrain.height", height)
+    slope, x = checks.finite("terrain.slope", slope), checks.finite("terrain.x", x)
+    return PlaneWithRamp(ramp=(height, 4 * slope / height, x))
+
+
+@dataclass(frozen=True)
+class Formula(Terrain):
+    """A height map given by a formula of one's own.
+
+    Attributes:
+        z: maps CasADi symbols x, y (and `values`, as symbols) to the height in m; smooth.
+        values: run-time parameters that the formula takes, flat arrays by name.
+
+    Example:
+        >>> waves = Formula(lambda x, y: 0.05 * ca.sin(3 * x))
+        >>> hill = Formula(lambda x, y, top: top * ca.exp(-(x**2) - y**2), {"top": np.array([0.3])})
+    """
+
+    z: Callable[..., ca.SX]
+    values: Mapping[str, np.ndarray] | None = None
+
+    def parameters(self) -> Mapping[str, np.ndarray]:
+        """`values`."""
+        return {name: np.atleast_1d(value) for name, value in (self.values or {}).items()}
+
+    def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """The formula."""
+        return self.z(x, y, **parameters)
