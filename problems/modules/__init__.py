@@ -1,0 +1,30 @@
+"""Reusable pieces of problems; `Problem.add` takes them and returns their handles."""
+
+from palanquin.problems.modules.ditches import Ditches, DitchField
+from palanquin.problems.modules.grasp import Grasp, Hand
+from palanquin.problems.modules.ground import Ground
+from palanquin.problems.modules.leg import Foot, Leg
+from palanquin.problems.modules.quadruped import ArmedQuadruped, Quadruped
+from palanquin.problems.modules.rigid_body import GRAVITY, Body, RigidBody
+from palanquin.problems.modules.terrain import Terrain
+from palanquin.problems.modules.tracking import Tracking
+from palanquin.problems.modules.weights import TABLE_I, Weights
+
+__all__ = [
+    "GRAVITY",
+    "TABLE_I",
+    "ArmedQuadruped",
+    "Body",
+    "DitchField",
+    "Ditches",
+    "Foot",
+    "Grasp",
+    "Ground",
+    "Hand",
+    "Leg",
+    "Quadruped",
+    "RigidBody",
+    "Terrain",
+    "Tracking",
+    "Weights",
+]

@@ -1,0 +1,67 @@
+"""Ground under the feet: touchdown, unilateral contact and friction.
+
+Equations (6), (9), (10) of De Vincenti and Coros on a height map z_g(x, y).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from palanquin.problem import Problem
+from palanquin.problems import checks, terrains
+from palanquin.problems.modules.ground import Ground
+from palanquin.problems.modules.leg import Foot
+from palanquin.problems.modules.limits import FORCE_POLICY, FORCE_UNIT
+
+
+class Terrain:
+    """Puts every foot that the problem has so far on a ground.
+
+    Adds the parameters of the shape, prefixed `terrain.`, and `terrain.friction`. Rows of
+    forces count in units of 100 N.
+
+    Args:
+        shape: any `palanquin.problems.terrains.Terrain`; flat, plane and ramp share one
+            expression, so changing from one to another needs no lowering.
+        friction: static friction coefficient mu.
+    """
+
+    def __init__(self, shape: terrains.Terrain | None = None, friction: float = 0.8) -> None:
+        self.shape = shape or terrains.Flat()
+        self.friction = checks.positive("terrain.friction", friction)
+
+    def add_to(self, problem: Problem) -> Ground:
+        """Adds touchdown, normal and friction rows for all feet."""
+        xy = ca.SX.sym("xy", 2)
+        values = {
+            name: problem.parameter(f"terrain.{name}", len(value), value)
+            for name, value in self.shape.parameters().items()
+        }
+        ground = Ground(
+            shape=self.shape,
+            friction=problem.parameter("terrain.friction", default=self.friction),
+            xy=xy,
+            z=ca.SX(self.shape.expression(xy[0], xy[1], values)),
+        )
+        for foot in problem.handles(Foot):
+            foot.ground = ground
+            self._add_contact(problem, ground, foot)
+        return ground
+
+    def _add_contact(self, problem: Problem, ground: Ground, foot: Foot) -> None:
+        owner: dict[str, Any] = {"robot": foot.robot, "limb": foot.limb}
+        xy = foot.position[:2]
+        above = foot.position[2] - ground.height(xy)
+        problem.equality("touchdown", above, active=foot.touchdown, implied=True, **owner)  # (6)
+
+        normal, tangent_xz, tangent_yz = ground.frame(xy)
+        pressure = ca.dot(foot.force, normal) / FORCE_UNIT
+        options = {"active": foot.contact, "scale": FORCE_UNIT, **owner}
+        problem.inequality("normal", -pressure, FORCE_POLICY, **options)  # (9)
+        # (10) as two smooth rows per absolute value: |t| has no slope at t = 0, where a plan that
+        # starts without tangential forces would stay.
+        sideways = ca.vertcat(ca.dot(foot.force, tangent_xz), ca.dot(foot.force, tangent_yz))
+        sides = ca.vertcat(sideways, -sideways) / FORCE_UNIT
+        problem.inequality("friction", sides - ground.friction * pressure, FORCE_POLICY, **options)
