@@ -1,0 +1,34 @@
+"""Collaborative loco-manipulation: R armed quadrupeds carry one payload (see README.md)."""
+
+from palanquin.problems.clm.build import build_clm, paper_policy
+from palanquin.problems.clm.case import Case, CaseError, load_case, parse_case
+from palanquin.problems.clm.case_problem import CaseProblem
+from palanquin.problems.clm.guess import fill_guess, fill_measured
+from palanquin.problems.clm.layout import from_case_layout, to_case_layout
+from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
+from palanquin.problems.clm.references import References, Velocity, make_references, nominal_state
+from palanquin.problems.clm.team import Carrier, Payload, Team
+
+__all__ = [
+    "Carrier",
+    "Case",
+    "CaseError",
+    "CaseProblem",
+    "Payload",
+    "References",
+    "Team",
+    "Velocity",
+    "build_clm",
+    "fill_guess",
+    "fill_measured",
+    "from_case_layout",
+    "load_case",
+    "make_references",
+    "nominal_state",
+    "paper_policy",
+    "parse_case",
+    "set_contacts",
+    "set_references",
+    "set_terrain",
+    "to_case_layout",
+]

@@ -1,0 +1,84 @@
+"""Starting points: the measured knot, and a trajectory to begin from."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from palanquin.problems.clm.parameters import Arrays
+from palanquin.problems.clm.references import PARTS, References
+from palanquin.problems.clm.team import Team
+from palanquin.problems.modules.rigid_body import GRAVITY
+from palanquin.problems.robots import FEET
+
+
+def fill_measured(knot: Arrays, team: Team, bodies: np.ndarray, feet: np.ndarray) -> None:
+    """Writes a measurement into a knot.
+
+    Args:
+        knot: maps a block's name to a writable array of its size, as `Lowered.knot` gives.
+        team: payload and robots.
+        bodies: states [R+1, 13].
+        feet: positions in the world, m, [R, 4, 3].
+    """
+    for b, body in enumerate(team.bodies):
+        for part, columns in PARTS.items():
+            knot[f"{body}.{part}"][:] = bodies[b, columns]
+    for i, robot in enumerate(team.robots):
+        for f, limb in enumerate(FEET):
+            knot[f"{robot}.{limb}.foot"][:] = feet[i, f]
+
+
+def fill_guess(
+    trajectory: Arrays,
+    team: Team,
+    references: References,
+    contacts: np.ndarray,
+    before: np.ndarray,
+    feet: np.ndarray,
+) -> None:
+    """Writes a trajectory to start from: the references, with forces that carry the weight.
+
+    Standing feet stay where they are, landing feet step on their reference footholds. Each robot
+    carries itself and an equal share of the payload, evenly on its standing feet.
+
+    Args:
+        trajectory: maps a block's name to a writable array [N+1, size].
+        team: payload and robots.
+        references: of the same horizon.
+        contacts: flags [N+1, R, 4].
+        before: feet that stand when the horizon begins, [R, 4].
+        feet: measured positions in the world, m, [R, 4, 3].
+    """
+    for b, body in enumerate(team.bodies):
+        for part, columns in PARTS.items():
+            trajectory[f"{body}.{part}"][:] = references.bodies[:, b, columns]
+    positions = footholds(references.feet(), contacts, before, feet)
+    share = np.array(GRAVITY) * team.payload.mass / len(team.carriers)
+    for i, carrier in enumerate(team.carriers):
+        weight = share + np.array(GRAVITY) * carrier.model.mass
+        standing = np.asarray(contacts[:, i], dtype=float)
+        per_foot = standing / np.maximum(standing.sum(axis=1, keepdims=True), 1)
+        for f, limb in enumerate(FEET):
+            trajectory[f"{carrier.name}.{limb}.foot"][:] = positions[:, i, f]
+            trajectory[f"{carrier.name}.{limb}.force"][:] = -per_foot[:, f, None] * weight
+        trajectory[f"{carrier.name}.hand.force"][:] = share
+        trajectory[f"{carrier.name}.hand.torque"][:] = 0.0
+
+
+def footholds(
+    wanted: np.ndarray, contacts: np.ndarray, before: np.ndarray, feet: np.ndarray
+) -> np.ndarray:
+    """Foot positions [N+1, R, 4, 3] that obey (7): `wanted` in swing and on landing, then kept.
+
+    Args:
+        wanted: positions in the world [N+1, R, 4, 3].
+        contacts: flags [N+1, R, 4].
+        before: feet that stand when the horizon begins, [R, 4].
+        feet: measured positions [R, 4, 3].
+    """
+    positions = np.array(wanted)
+    standing, last = np.asarray(before, dtype=bool), feet
+    for k, flags in enumerate(np.asarray(contacts, dtype=bool)):
+        positions[k] = np.where((flags & standing)[..., None], last, wanted[k])
+        standing, last = flags, positions[k]
+    return positions

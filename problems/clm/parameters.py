@@ -1,0 +1,89 @@
+"""Values of the CLM problem's run-time parameters.
+
+`params` maps a parameter's name to a writable array [N+1, *shape], as `Lowered.parameters` gives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from palanquin.errors import ProblemError
+from palanquin.problems.clm.references import PARTS, References
+from palanquin.problems.clm.team import Team
+from palanquin.problems.modules.weights import Weights
+from palanquin.problems.terrains import Terrain
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def set_references(params: Arrays, team: Team, references: References) -> None:
+    """Writes the reference motion of all bodies and feet."""
+    for b, body in enumerate(team.bodies):
+        for part, columns in PARTS.items():
+            params[f"{body}.reference.{part}"][:] = references.bodies[:, b, columns]
+    for i, robot in enumerate(team.robots):
+        params[f"{robot}.reference.footholds"][:] = references.footholds[:, i]
+
+
+def set_contacts(params: Arrays, team: Team, contacts: np.ndarray, before: np.ndarray) -> None:
+    """Writes the contact flags.
+
+    Args:
+        params: parameters.
+        team: whose robots.
+        contacts: flags [N+1, R, 4] at the knots.
+        before: which feet stand on the ground when the horizon begins, [R, 4]. A foot that stands
+            then and at knot 0 stays where it was measured.
+    """
+    contacts = np.asarray(contacts, dtype=float)
+    shape = (len(contacts), len(team.carriers), 4)
+    if contacts.shape != shape or np.shape(before) != shape[1:]:
+        raise ProblemError(
+            f"contacts have shape {contacts.shape} and before {np.shape(before)}; "
+            f"(N+1, {shape[1]}, 4) and {shape[1:]} are needed"
+        )
+    previous = np.concatenate([np.asarray(before, dtype=float)[None], contacts[:-1]])
+    for i, robot in enumerate(team.robots):
+        params[f"{robot}.contact"][:] = contacts[:, i]
+        params[f"{robot}.previous_contact"][:] = previous[:, i]
+
+
+def set_terrain(params: Arrays, terrain: Terrain, friction: float | None = None) -> None:
+    """Writes the terrain's parameters; raises ProblemError for a shape that was not lowered."""
+    for name, value in terrain.parameters().items():
+        if f"terrain.{name}" not in params:
+            raise ProblemError(f"this problem's terrain has no parameter '{name}'")
+        params[f"terrain.{name}"][:] = value
+    if friction is not None:
+        params["terrain.friction"][:] = friction
+
+
+def set_masses(params: Arrays, team: Team) -> None:
+    """Writes masses, inertias and the geometry of legs, arms and grasps."""
+    params["payload.mass"][:] = team.payload.mass
+    params["payload.inertia"][:] = team.payload.inertia
+    for carrier in team.carriers:
+        name, model = carrier.name, carrier.model
+        params[f"{name}.mass"][:] = model.mass
+        params[f"{name}.inertia"][:] = model.inertia
+        params[f"{name}.hips"][:] = model.hips
+        params[f"{name}.leg_length"][:] = model.leg_length
+        params[f"{name}.arm_base"][:] = model.arm
+        params[f"{name}.arm_length"][:] = model.arm_length
+        params[f"{name}.attach"][:] = carrier.attach
+
+
+def set_weights(params: Arrays, team: Team, weights: Weights) -> None:
+    """Writes the weights of (12) and (13)."""
+    for body in team.bodies:
+        for part in PARTS:
+            params[f"{body}.weight.{part}"][:] = getattr(weights, part)
+        params[f"{body}.weight.terminal"][:] = weights.terminal
+    params["payload.weight.importance"][:] = weights.payload
+    for robot in team.robots:
+        params[f"{robot}.weight.foothold"][:] = weights.foothold
+        params[f"{robot}.weight.force"][:] = weights.force
+        params[f"{robot}.weight.hand_force"][:] = weights.force
+        params[f"{robot}.weight.hand_torque"][:] = weights.torque
