@@ -1,0 +1,304 @@
+"""Reference cases: the CLM problem fully numeric, as a JSON file.
+
+Every error names the field, its value and the rule. Units are m, kg, s, N; quaternions are
+(w, x, y, z).
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NonNegativeFloat,
+    PositiveFloat,
+    ValidationError,
+    model_validator,
+)
+
+from palanquin.errors import PalanquinError
+from palanquin.problems import terrains
+from palanquin.problems.clm.references import ORIENTATION, STATE
+
+# A quaternion may be this far from unit norm and is normalised; further off it is an error.
+_NORM_TOLERANCE = 0.1
+
+
+class CaseError(PalanquinError, ValueError):
+    """A case file that cannot be used; one line per fault."""
+
+
+def _array(value: Any) -> np.ndarray:
+    """Nested lists of numbers as an array; names the first entry that is not a finite number."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    _require_numbers(value, "")
+    try:
+        return np.array(value, dtype=float)
+    except ValueError as error:
+        raise ValueError("rows have different lengths") from error
+
+
+def _require_numbers(value: Any, where: str) -> None:
+    if isinstance(value, list):
+        for i, entry in enumerate(value):
+            _require_numbers(entry, f"{where}[{i}]")
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"entry {where or 'itself'} is {value!r}; a number is needed")
+    elif not np.isfinite(value):
+        raise ValueError(f"entry {where or 'itself'} is {value}; it must be finite")
+
+
+def _shaped(*shape: int) -> AfterValidator:
+    def check(value: np.ndarray) -> np.ndarray:
+        return _require_shape(value, shape)
+
+    return AfterValidator(check)
+
+
+def _require_shape(value: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
+    if value.shape != shape:
+        raise ValueError(f"has shape {list(value.shape)}; {list(shape)} is needed")
+    return value
+
+
+def _positive(value: np.ndarray) -> np.ndarray:
+    if (value <= 0).any():
+        raise ValueError(f"is {value.tolist()}; every entry must be positive")
+    return value
+
+
+def _non_negative(value: np.ndarray) -> np.ndarray:
+    if (value < 0).any():
+        raise ValueError(f"is {value.tolist()}; no entry may be negative")
+    return value
+
+
+Array = Annotated[np.ndarray, BeforeValidator(_array)]
+Vector = Annotated[Array, _shaped(3)]
+Moments = Annotated[Vector, AfterValidator(_positive)]
+Diagonal = Annotated[Vector, AfterValidator(_non_negative)]
+
+
+class _Strict(BaseModel):
+    """A part of a case: no conversion of types, no unknown keys, no NaN."""
+
+    model_config = ConfigDict(strict=True, frozen=True, arbitrary_types_allowed=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            unknown = sorted(set(map(str, data)) - set(cls.model_fields))
+            if unknown:
+                raise ValueError(
+                    f"unknown key {', '.join(map(repr, unknown))}; "
+                    f"valid keys are {', '.join(cls.model_fields)}"
+                )
+        return data
+
+
+class RobotPart(_Strict):
+    """A robot: mass, inertia, reaches, and joints and default hand in its body frame."""
+
+    m: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    I: Moments  # noqa: E741  (the file's key)
+    lf: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    lh: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    hips: Annotated[Array, _shaped(4, 3)]
+    arm: Vector
+    hand: Vector
+    attach: Vector
+    yaw_off: FiniteFloat
+
+
+class PayloadPart(_Strict):
+    """The payload: mass, inertia, reference height over ground."""
+
+    m: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    I: Moments  # noqa: E741
+    h: FiniteFloat
+
+
+class WeightsPart(_Strict):
+    """Weights of (12) and (13)."""
+
+    Wp: Diagonal
+    wq: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    Wv: Diagonal
+    WO: Diagonal
+    Wr: Diagonal
+    Wf: Diagonal
+    Wt: Diagonal
+    w0: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    wN: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]  # noqa: N815
+
+
+class PenaltyPart(_Strict):
+    """Stiffness and smoothing of (15), rows in m and N."""
+
+    K: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    eps: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+
+
+class FlatPart(_Strict):
+    """Level ground."""
+
+    type: Literal["flat"]
+    z0: FiniteFloat
+
+    def shape(self) -> terrains.Terrain:
+        """The height map."""
+        return terrains.Flat(self.z0)
+
+
+class PlanePart(_Strict):
+    """Inclined plane z0 + ax x + ay y."""
+
+    type: Literal["plane"]
+    z0: FiniteFloat
+    ax: FiniteFloat
+    ay: FiniteFloat
+
+    def shape(self) -> terrains.Terrain:
+        """The height map."""
+        return terrains.Plane(self.z0, self.ax, self.ay)
+
+
+class RampPart(_Strict):
+    """Logistic ramp (17)."""
+
+    type: Literal["ramp"]
+    H: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    kappa: FiniteFloat
+    xg: FiniteFloat
+
+    def shape(self) -> terrains.Terrain:
+        """The height map."""
+        return terrains.Ramp(self.H, self.kappa, self.xg)
+
+
+class DitchPart(_Strict):
+    """A ditch along a x + b y + c = 0, d wide (11)."""
+
+    a: FiniteFloat
+    b: FiniteFloat
+    c: FiniteFloat
+    d: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+
+    @model_validator(mode="after")
+    def _require_direction(self) -> Self:
+        if self.a == 0 and self.b == 0:
+            raise ValueError("a and b are both 0; a line needs a direction")
+        return self
+
+
+class Case(_Strict):
+    """One optimal control problem.
+
+    Attributes as in the file: `N` intervals of `dt` seconds; `s` contact flags [N+1, R, 4] whose
+    first row is the knot before the horizon; `x0` measured state [13 (R+1)]; `feet0` measured feet
+    in the world [R, 4, 3]; `xref` [N+1, 13 (R+1)]; `rref` [N, R, 4, 3], relative to the reference
+    body position.
+    """
+
+    name: str = "case"
+    N: Annotated[int, Field(ge=1)]
+    dt: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    robots: Annotated[list[RobotPart], Field(min_length=1)]
+    payload: PayloadPart
+    mu: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    weights: WeightsPart
+    penalty: PenaltyPart
+    terrain: Annotated[FlatPart | PlanePart | RampPart, Field(discriminator="type")]
+    ditches: list[DitchPart]
+    s: Array
+    x0: Array
+    feet0: Array
+    xref: Array
+    rref: Array
+
+    @model_validator(mode="after")
+    def _check_shapes(self) -> Self:
+        n, r = self.N, len(self.robots)
+        shapes = {
+            "s": (n + 1, r, 4),
+            "x0": (STATE * (r + 1),),
+            "feet0": (r, 4, 3),
+            "xref": (n + 1, STATE * (r + 1)),
+            "rref": (n, r, 4, 3),
+        }
+        for name, shape in shapes.items():
+            try:
+                _require_shape(getattr(self, name), shape)
+            except ValueError as error:
+                raise ValueError(f"{name} {error} (N = {n}, {r} robots)") from error
+        if not np.isin(self.s, (0, 1)).all():
+            where = np.argwhere(~np.isin(self.s, (0, 1)))[0].tolist()
+            raise ValueError(f"s{where} is {self.s[tuple(where)]}; a contact flag is 0 or 1")
+        for name in ("x0", "xref"):
+            _normalise_orientations(name, getattr(self, name).reshape(-1, r + 1, STATE))
+        return self
+
+
+def _normalise_orientations(name: str, states: np.ndarray) -> None:
+    """Brings quaternions that are slightly off to unit norm, in place."""
+    orientations = states[..., ORIENTATION]
+    norms = np.linalg.norm(orientations, axis=-1, keepdims=True)
+    off = np.argwhere(np.abs(norms[..., 0] - 1) > _NORM_TOLERANCE)
+    if len(off):
+        k, body = off[0].tolist()
+        knot = f" at knot {k}" if name == "xref" else ""
+        what = "the payload" if body == 0 else f"robot {body}"
+        raise ValueError(
+            f"{name}: the quaternion of {what}{knot} has norm {norms[k, body, 0]:g}; "
+            "a unit quaternion is needed"
+        )
+    orientations /= norms
+
+
+def load_case(path: str | Path) -> Case:
+    """Reads a case; raises CaseError that lists every fault by field."""
+    path = Path(path)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CaseError(f"{path}: {error.strerror or error}") from error
+    except ValueError as error:  # not UTF-8, or not JSON
+        raise CaseError(f"{path} is not JSON: {error}") from error
+    return parse_case(data, source=str(path))
+
+
+def parse_case(data: Any, source: str = "case") -> Case:
+    """A case from the contents of a file; raises CaseError that lists every fault by field."""
+    if not isinstance(data, dict):
+        raise CaseError(f"{source} holds {type(data).__name__}; an object with keys is needed")
+    try:
+        return Case.model_validate(data)
+    except ValidationError as error:
+        faults = "\n".join(f"  {_describe(fault)}" for fault in error.errors())
+        raise CaseError(f"{source} is not a valid case:\n{faults}") from error
+
+
+def _describe(fault: Any) -> str:
+    tags = {"flat", "plane", "ramp"}
+    steps = [step for step in fault["loc"] if step not in tags]
+    path = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in steps).lstrip(".")
+    message = fault["msg"].removeprefix("Value error, ")
+    if fault["type"] == "missing":
+        message = "is missing"
+    elif fault["type"] == "union_tag_invalid":
+        message = f"type {fault['ctx']['tag']!r} is unknown; there are flat, plane, ramp"
+    elif fault["type"] == "union_tag_not_found":
+        message = "type is missing; there are flat, plane, ramp"
+    elif fault["type"] != "value_error" and not isinstance(fault["input"], dict | list):
+        message = f"is {fault['input']!r}; {message[0].lower()}{message[1:]}"
+    return f"{path}: {message}" if path else message
