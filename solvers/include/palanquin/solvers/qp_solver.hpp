@@ -42,6 +42,13 @@ class QpSolver {
   virtual QpStatus solve(const StageQp& qp, const PenaltyModel& model,
                          StageQpSolution& solution) = 0;
 
+  /// As `solve`, when since the last one only `model` and the initial state have changed. A back
+  /// end may then keep what does not depend on the penalties.
+  virtual QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
+                           StageQpSolution& solution) {
+    return solve(qp, model, solution);
+  }
+
   /// Milliseconds of the last solve: value update with (re)factorisation, and the rest.
   double update_ms() const { return update_ms_; }
   double solve_ms() const { return solve_ms_; }
