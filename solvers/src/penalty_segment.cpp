@@ -1,0 +1,117 @@
+#include "penalty_segment.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palanquin {
+namespace {
+
+constexpr int kMaxSearchSteps = 50;
+/// The search ends at a slope this small relative to the one at the start.
+constexpr double kSlopeTolerance = 1e-9;
+
+/// Calls visit(stage, k, first variable, first penalised row) for every knot.
+template <typename Visit>
+void for_each_knot(const StageQp& qp, Visit&& visit) {
+  Eigen::Index variable = 0, row = 0;
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    visit(qp.stages[k], k, variable, row);
+    variable += qp.stages[k].nw();
+    row += qp.stages[k].penalty_value.size();
+  }
+}
+
+}  // namespace
+
+void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
+  qp_ = &qp;
+  Eigen::Index variables = 0, rows = 0;
+  for (const QpStage& stage : qp.stages) {
+    variables += stage.nw();
+    rows += stage.penalty_value.size();
+  }
+  for (Eigen::VectorXd* v : {&direction_, &gradient_, &gradient_change_}) v->resize(variables);
+  for (Eigen::VectorXd* v : {&row_, &row_change_}) v->resize(rows);
+  for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
+    gradient_.segment(i, stage.nw()) = stage.gradient;
+    stage.hessian.multiply_symmetric_add(w[k].data(), gradient_.data() + i);
+    row_.segment(j, stage.penalty_value.size()) = stage.penalty_value;
+    stage.penalty_jacobian.multiply_add(w[k].data(), row_.data() + j);
+  });
+}
+
+void PenaltySegment::aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& w,
+                         const std::vector<Eigen::VectorXd>& target) {
+  gradient_change_.setZero();
+  row_change_.setZero();
+  for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
+    direction_.segment(i, stage.nw()) = target[k] - w[k];
+    stage.hessian.multiply_symmetric_add(direction_.data() + i, gradient_change_.data() + i);
+    stage.penalty_jacobian.multiply_add(direction_.data() + i, row_change_.data() + j);
+  });
+  slope_ = gradient_.dot(direction_);
+  curvature_ = gradient_change_.dot(direction_);
+}
+
+void PenaltySegment::advance(double alpha) {
+  gradient_ += alpha * gradient_change_;
+  row_ += alpha * row_change_;
+}
+
+PenaltySegment::Derivatives PenaltySegment::at(double alpha) const {
+  Derivatives phi{slope_ + alpha * curvature_, curvature_};
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t, Eigen::Index, Eigen::Index first) {
+    for (const Policy& policy : stage.penalty_policy) {
+      const double change = row_change_[first];
+      const PenaltyValue s = evaluate_penalty(policy, row_[first] + alpha * change);
+      phi.slope += s.slope * change;
+      phi.curvature += s.curvature * change * change;
+      ++first;
+    }
+  });
+  return phi;
+}
+
+double PenaltySegment::minimize(const Derivatives& start) const {
+  if (!(start.slope < 0.0)) return 0.0;
+  const double tolerance = kSlopeTolerance * -start.slope;
+  if (at(1.0).slope <= tolerance) return 1.0;
+  double low = 0.0, high = 1.0;  // phi' < 0 at low, > 0 at high
+  Derivatives phi = start;
+  double alpha = 0.0;
+  for (int i = 0; i < kMaxSearchSteps; ++i) {
+    const double newton = alpha - phi.slope / phi.curvature;
+    alpha = newton > low && newton < high ? newton : 0.5 * (low + high);
+    phi = at(alpha);
+    if (std::abs(phi.slope) <= tolerance) return alpha;
+    (phi.slope < 0.0 ? low : high) = alpha;
+  }
+  return low;
+}
+
+double PenaltySegment::slope_error(const PenaltyModel& model) const {
+  double error = 0.0, largest = 0.0;
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
+    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
+      const double h = row_[first + j] + row_change_[first + j];
+      const double exact = evaluate_penalty(stage.penalty_policy[j], h).slope;
+      const double modelled =
+          model.slope[k][j] + model.curvature[k][j] * (h - stage.penalty_value[j]);
+      error = std::max(error, std::abs(modelled - exact));
+      largest = std::max({largest, std::abs(modelled), std::abs(exact)});
+    }
+  });
+  return largest > 0.0 ? error / largest : 0.0;
+}
+
+void PenaltySegment::expand(PenaltyModel& model) const {
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
+    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
+      const PenaltyValue s = evaluate_penalty(stage.penalty_policy[j], row_[first + j]);
+      model.curvature[k][j] = s.curvature;
+      model.slope[k][j] = s.slope - s.curvature * (row_[first + j] - stage.penalty_value[j]);
+    }
+  });
+}
+
+}  // namespace palanquin

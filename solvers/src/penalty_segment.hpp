@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "palanquin/core/stage_qp.hpp"
+
+namespace palanquin {
+
+/// The cost of a StageQp along a segment w + alpha d,
+///   phi(alpha) = quadratic(alpha) + sum_j S_j(h_j + alpha s_j),   s = penalty_jacobian d,
+/// which is convex. Rows and gradients move along with the point, so that a step costs one product
+/// with the Hessian and one with the penalised rows.
+class PenaltySegment {
+ public:
+  struct Derivatives {
+    double slope = 0.0;      ///< phi'
+    double curvature = 0.0;  ///< phi''
+  };
+
+  /// Puts the point at `w`.
+  void start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w);
+  /// Sets the direction d = target - w, where `w` is the point.
+  void aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& w,
+           const std::vector<Eigen::VectorXd>& target);
+  /// Moves the point to w + alpha d.
+  void advance(double alpha);
+
+  Derivatives at(double alpha) const;
+  /// The step in [0, 1] of lowest cost: Newton's method on phi' = 0, kept inside a bracket. 0 when
+  /// d is no direction of descent. `start` is at(0).
+  double minimize(const Derivatives& start) const;
+
+  /// How far the slopes of `model`, relative to the largest, are from the true ones at w + d. At
+  /// zero, w + d is the minimiser of the true cost if it is that of the model.
+  double slope_error(const PenaltyModel& model) const;
+  /// The second-order expansion of every penalty about the point.
+  void expand(PenaltyModel& model) const;
+
+ private:
+  const StageQp* qp_ = nullptr;
+  // Over all knots, one after the other.
+  Eigen::VectorXd direction_;             ///< d
+  Eigen::VectorXd gradient_;              ///< of the quadratic cost at the point
+  Eigen::VectorXd gradient_change_;       ///< H d
+  Eigen::VectorXd row_;                   ///< h at the point
+  Eigen::VectorXd row_change_;            ///< s
+  double slope_ = 0.0, curvature_ = 0.0;  ///< of the quadratic cost along d
+};
+
+}  // namespace palanquin

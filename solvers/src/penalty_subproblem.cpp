@@ -1,0 +1,108 @@
+#include "palanquin/solvers/penalty_subproblem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "linear_rows.hpp"
+#include "penalty_segment.hpp"
+#include "setting_rules.hpp"
+
+namespace palanquin {
+namespace {
+
+/// A start that violates a row by more than this is not on the rows.
+constexpr double kRowTolerance = 1e-9;
+
+/// point += alpha (target - point)
+void blend(double alpha, const StageQpSolution& target, StageQpSolution& point) {
+  const auto blend_list = [alpha](const auto& from, auto& to) {
+    for (std::size_t k = 0; k < to.size(); ++k)
+      if (alpha == 1.0)
+        to[k] = from[k];
+      else
+        to[k] += alpha * (from[k] - to[k]);
+  };
+  blend_list(target.w, point.w);
+  blend_list(target.dynamics_multiplier, point.dynamics_multiplier);
+  blend_list(target.equality_multiplier, point.equality_multiplier);
+  blend_list(target.inequality_multiplier, point.inequality_multiplier);
+  blend_list(target.link_multiplier, point.link_multiplier);
+}
+
+}  // namespace
+
+std::string PenaltySubproblemSettings::explain_invalid() const {
+  return SettingRules("subproblem.")
+      .at_least("max_inner_iterations", max_inner_iterations, 1)
+      .not_negative("tolerance", tolerance)
+      .sentence();
+}
+
+PenaltySubproblem::PenaltySubproblem(const PenaltySubproblemSettings& settings)
+    : settings_(settings), segment_(std::make_unique<PenaltySegment>()) {
+  if (const std::string sentence = settings.explain_invalid(); !sentence.empty())
+    throw std::invalid_argument(sentence);
+}
+
+PenaltySubproblem::~PenaltySubproblem() = default;
+
+PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& solver,
+                                                 StageQpSolution& solution) {
+  segment_->start(qp, solution.w);
+  model_.resize(qp);
+  segment_->expand(model_);
+  return run(qp, solver, solution, true);
+}
+
+PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& solver,
+                                                 const PenaltyModel& first_model,
+                                                 StageQpSolution& solution) {
+  segment_->start(qp, solution.w);
+  model_ = first_model;
+  return run(qp, solver, solution, false);
+}
+
+PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solver,
+                                               StageQpSolution& solution, bool is_model_local) {
+  PenaltySubproblemResult result;
+  bool on_rows = satisfies_rows(qp, solution.w, kRowTolerance, residual_);
+  double steepest = 0.0;  // |phi'| among the iterations so far
+  while (!result.converged && result.iterations < settings_.max_inner_iterations) {
+    // (1) The minimiser of the QP with the penalties' quadratics.
+    candidate_ = solution;
+    const QpStatus status = result.iterations == 0 ? solver.solve(qp, model_, candidate_)
+                                                   : solver.resolve(qp, model_, candidate_);
+    ++result.iterations;
+    result.update_ms += solver.update_ms();
+    result.solve_ms += solver.solve_ms();
+    if (!is_usable(status)) {
+      // Later on the point at hand remains good, just not the best.
+      result.status = result.iterations == 1 ? status : QpStatus::Inaccurate;
+      return result;
+    }
+    if (result.status != QpStatus::Inaccurate) result.status = status;
+
+    // (2) Its slopes are the true ones: nothing remains to be done.
+    segment_->aim(qp, solution.w, candidate_.w);
+    result.converged = segment_->slope_error(model_) <= settings_.tolerance;
+
+    // (3) The lowest point of the true cost on the way there.
+    double alpha = 1.0;
+    if (on_rows && !result.converged) {
+      const PenaltySegment::Derivatives start = segment_->at(0.0);
+      alpha = segment_->minimize(start);
+      steepest = std::max(steepest, std::abs(start.slope));
+      const bool is_flat = std::abs(start.slope) <= settings_.tolerance * steepest;
+      result.converged = is_model_local && (alpha == 0.0 || is_flat);
+    }
+    blend(alpha, candidate_, solution);
+    segment_->advance(alpha);
+    segment_->expand(model_);
+    on_rows = true;
+    is_model_local = true;
+  }
+  return result;
+}
+
+}  // namespace palanquin
