@@ -267,6 +267,24 @@ void Transcription::project(RowMatrix& trajectory) const {
   }
 }
 
+void Transcription::place_initial_state(RowMatrix& trajectory) const {
+  for (const BlockInfo& b : problem_->blocks()) {
+    if (!b.is_state) continue;
+    auto value = trajectory.row(0).segment(b.offset, b.size);
+    const auto measured = measured_.segment(b.offset, b.size).transpose();
+    // The sign rule of De Vincenti and Coros, section IV-A: stay on the warm start's side.
+    const bool flip = b.is_quaternion && value.dot(measured) < 0.0;
+    value = flip ? -measured.eval() : measured.eval();
+  }
+}
+
+void Transcription::regularize(double weight) {
+  for (QpStage& stage : qp_.stages)
+    for (int j = 0; j < stage.hessian.cols; ++j)  // the diagonal leads its column
+      stage.hessian.values[static_cast<std::size_t>(
+          stage.hessian.column_start[static_cast<std::size_t>(j)])] += weight;
+}
+
 void Transcription::step(const RowMatrix& from, const StageQpSolution& solution, double alpha,
                          RowMatrix& to) {
   for (int k = 0; k <= horizon_; ++k) {

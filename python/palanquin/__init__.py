@@ -1,0 +1,41 @@
+"""Palanquin: SQP trajectory optimization for loco-manipulation.
+
+State an optimal control problem with `Problem`, compile it with `Problem.lower`, solve it with
+`Sqp` or `Ipopt`.
+"""
+
+from __future__ import annotations
+
+import os
+
+# Ipopt's linear algebra is small here: a team of OpenBLAS threads slows it down.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from palanquin.errors import LoweringError, PalanquinError, ProblemError
+from palanquin.lowered import Lowered, LoweringReport, NamedArray, lower
+from palanquin.plan import Ipopt, Plan, Sqp, Status, configure
+from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, SquaredHinge
+from palanquin.problem import Chart, Problem, Role
+
+__all__ = [
+    "Chart",
+    "Hard",
+    "Ipopt",
+    "Lowered",
+    "LoweringError",
+    "LoweringReport",
+    "NamedArray",
+    "PalanquinError",
+    "Penalty",
+    "Plan",
+    "Policy",
+    "Problem",
+    "ProblemError",
+    "RelaxedBarrier",
+    "Role",
+    "Sqp",
+    "SquaredHinge",
+    "Status",
+    "configure",
+    "lower",
+]

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <stdexcept>
 
-#include <coin-or/IpIpoptApplication.hpp>
-#include <coin-or/IpSolveStatistics.hpp>
+#include <IpIpoptApplication.hpp>
+#include <IpSolveStatistics.hpp>
 
 #include "nlp.hpp"
 #include "setting_rules.hpp"

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <coin-or/IpTNLP.hpp>
+#include <IpTNLP.hpp>
 
 #include "palanquin/core/transcription.hpp"
 #include "palanquin/solvers/ipopt.hpp"

@@ -70,11 +70,16 @@ class Transcription {
   /// Makes `trajectory` [N + 1, nz] consistent with roles: fixed and carried blocks copied, absent
   /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is not touched.
   void project(RowMatrix& trajectory) const;
+  /// Sets the states of x_0 to the measured ones, on the guess's side of every quaternion.
+  void place_initial_state(RowMatrix& trajectory) const;
 
   /// Linearises all knots into qp(). The initial state of the QP is measured (-) x_0.
   NonFinite linearize(const RowMatrix& trajectory);
   /// Only the QP's initial state, for a state that was measured after linearize().
   void update_initial_state(const RowMatrix& trajectory);
+
+  /// Adds `weight` to every diagonal entry of the QP's Hessians, until the next linearize().
+  void regularize(double weight);
 
   Evaluation evaluate(const RowMatrix& trajectory);
   /// to = from (+) alpha * solution, charts applied.

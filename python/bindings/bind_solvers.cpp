@@ -1,0 +1,180 @@
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/string_view.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings.hpp"
+#include "palanquin/solvers/ipopt.hpp"
+#include "palanquin/solvers/qp_factory.hpp"
+#include "palanquin/solvers/sqp.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palanquin {
+
+namespace {
+
+void bind_settings(nb::module_& m) {
+  nb::class_<LineSearchSettings>(m, "LineSearchSettings")
+      .def(nb::init<>())
+      .def_rw("max_infeasibility", &LineSearchSettings::max_infeasibility)
+      .def_rw("min_infeasibility", &LineSearchSettings::min_infeasibility)
+      .def_rw("infeasibility_decrease", &LineSearchSettings::infeasibility_decrease)
+      .def_rw("cost_decrease", &LineSearchSettings::cost_decrease)
+      .def_rw("armijo", &LineSearchSettings::armijo)
+      .def_rw("contraction", &LineSearchSettings::contraction)
+      .def_rw("min_step", &LineSearchSettings::min_step);
+  nb::class_<PenaltySubproblemSettings>(m, "SubproblemSettings")
+      .def(nb::init<>())
+      .def_rw("max_inner_iterations", &PenaltySubproblemSettings::max_inner_iterations)
+      .def_rw("tolerance", &PenaltySubproblemSettings::tolerance);
+  nb::class_<LdlSettings>(m, "LdlSettings")
+      .def(nb::init<>())
+      .def_rw("primal_regularization", &LdlSettings::primal_regularization)
+      .def_rw("dual_regularization", &LdlSettings::dual_regularization)
+      .def_rw("max_refinements", &LdlSettings::max_refinements)
+      .def_rw("tolerance", &LdlSettings::tolerance);
+  nb::class_<OsqpSettings>(m, "OsqpSettings")
+      .def(nb::init<>())
+      .def_rw("absolute_tolerance", &OsqpSettings::absolute_tolerance)
+      .def_rw("relative_tolerance", &OsqpSettings::relative_tolerance)
+      .def_rw("infeasibility_tolerance", &OsqpSettings::infeasibility_tolerance)
+      .def_rw("max_iterations", &OsqpSettings::max_iterations)
+      .def_rw("check_interval", &OsqpSettings::check_interval)
+      .def_rw("rho", &OsqpSettings::rho)
+      .def_rw("adaptive_rho_interval", &OsqpSettings::adaptive_rho_interval)
+      .def_rw("sigma", &OsqpSettings::sigma)
+      .def_rw("relaxation", &OsqpSettings::relaxation)
+      .def_rw("scaling_iterations", &OsqpSettings::scaling_iterations)
+      .def_rw("polish", &OsqpSettings::polish)
+      .def_rw("polish_refinements", &OsqpSettings::polish_refinements);
+  nb::class_<QpSettings>(m, "QpSettings")
+      .def(nb::init<>())
+      .def_rw("ldl", &QpSettings::ldl)
+      .def_rw("osqp", &QpSettings::osqp);
+  nb::class_<SqpSettings>(m, "SqpSettings", "Settings of the SQP method; see sqp.hpp.")
+      .def(nb::init<>())
+      .def_rw("qp", &SqpSettings::qp)
+      .def_rw("form", &SqpSettings::form)
+      .def_rw("threads", &SqpSettings::threads)
+      .def_rw("max_iterations", &SqpSettings::max_iterations)
+      .def_rw("cost_tolerance", &SqpSettings::cost_tolerance)
+      .def_rw("equality_tolerance", &SqpSettings::equality_tolerance)
+      .def_rw("regularization", &SqpSettings::regularization)
+      .def_rw("globalize", &SqpSettings::globalize)
+      .def_rw("line_search", &SqpSettings::line_search)
+      .def_rw("subproblem", &SqpSettings::subproblem)
+      .def_rw("qp_settings", &SqpSettings::qp_settings)
+      .def("explain_invalid", &SqpSettings::explain_invalid);
+  nb::class_<IpoptSettings>(m, "IpoptSettings", "Settings of Ipopt; see ipopt.hpp.")
+      .def(nb::init<>())
+      .def_rw("max_iterations", &IpoptSettings::max_iterations)
+      .def_rw("tolerance", &IpoptSettings::tolerance)
+      .def_rw("max_seconds", &IpoptSettings::max_seconds)
+      .def_rw("initial_barrier", &IpoptSettings::initial_barrier)
+      .def_rw("penalize", &IpoptSettings::penalize)
+      .def_rw("print_level", &IpoptSettings::print_level)
+      .def("explain_invalid", &IpoptSettings::explain_invalid);
+}
+
+void bind_results(nb::module_& m) {
+  nb::enum_<Form>(m, "Form").value("REDUCED", Form::Reduced).value("PAPER", Form::Paper);
+  nb::enum_<Status>(m, "Status", "Why a solve stopped.")
+      .value("NOT_SOLVED", Status::NotSolved)
+      .value("CONVERGED", Status::Converged)
+      .value("ITERATION_LIMIT", Status::IterationLimit)
+      .value("STALLED", Status::Stalled)
+      .value("INFEASIBLE", Status::Infeasible)
+      .value("QP_FAILED", Status::QpFailed)
+      .value("NON_FINITE", Status::NonFinite);
+  m.def("is_usable", [](Status s) { return is_usable(s); }, "status"_a);
+  nb::class_<PhaseTimes>(m, "PhaseTimes", "Milliseconds per phase.")
+      .def_ro("linearize", &PhaseTimes::linearize)
+      .def_ro("update", &PhaseTimes::update)
+      .def_ro("solve", &PhaseTimes::solve)
+      .def_ro("globalize", &PhaseTimes::globalize)
+      .def_prop_ro("total", &PhaseTimes::total);
+  nb::class_<IterationRecord>(m, "IterationRecord", "What one SQP iteration did.")
+      .def_ro("cost", &IterationRecord::cost)
+      .def_ro("penalty", &IterationRecord::penalty)
+      .def_ro("equality_max", &IterationRecord::equality_max)
+      .def_ro("predicted", &IterationRecord::predicted)
+      .def_ro("step_length", &IterationRecord::step_length)
+      .def_prop_ro("step", [](const IterationRecord& r) { return to_string(r.step); })
+      .def_ro("inner_iterations", &IterationRecord::inner_iterations)
+      .def_prop_ro("qp_status", [](const IterationRecord& r) { return to_string(r.qp_status); })
+      .def_ro("times", &IterationRecord::times);
+  nb::class_<Evaluation>(m, "Evaluation", "Merit quantities of a trajectory.")
+      .def_ro("cost", &Evaluation::cost)
+      .def_ro("penalty", &Evaluation::penalty)
+      .def_ro("equality_max", &Evaluation::equality_max)
+      .def_ro("inequality_max", &Evaluation::inequality_max)
+      .def_ro("infeasibility", &Evaluation::infeasibility)
+      .def_ro("is_finite", &Evaluation::is_finite);
+  nb::class_<RowViolation>(m, "RowViolation")
+      .def_ro("name", &RowViolation::name)
+      .def_ro("value", &RowViolation::value);
+  nb::class_<Transcription>(m, "Transcription", "Evaluates trajectories; see transcription.hpp.")
+      .def("set_parameters", &Transcription::set_parameters, "parameters"_a)
+      .def("set_measured", &Transcription::set_measured, "measured"_a)
+      .def(
+          "project",
+          [](const Transcription& t, RowMatrix z) {
+            t.project(z);
+            return z;
+          },
+          "trajectory"_a)
+      .def("evaluate", &Transcription::evaluate, "trajectory"_a)
+      .def("violations", &Transcription::violations, "trajectory"_a)
+      .def("worst_rows", &Transcription::worst_rows, "trajectory"_a, "count"_a);
+}
+
+}  // namespace
+
+void bind_solvers(nb::module_& m) {
+  m.def("qp_solver_names", &qp_solver_names);
+  bind_results(m);
+  bind_settings(m);
+
+  nb::class_<Sqp>(m, "Sqp", "Sequential quadratic programming; see sqp.hpp.")
+      .def(
+          "__init__",
+          [](Sqp* self, std::shared_ptr<LoweredProblem> problem, int horizon,
+             const SqpSettings& settings) { new (self) Sqp(std::move(problem), horizon, settings); },
+          "problem"_a, "horizon"_a, "settings"_a)
+      .def("set_policy", &Sqp::set_policy, "family"_a, "policy"_a)
+      .def("solve", &Sqp::solve, "parameters"_a, "measured"_a, "guess"_a,
+           nb::call_guard<nb::gil_scoped_release>())
+      .def_prop_ro("status", &Sqp::status)
+      .def_prop_ro("message", &Sqp::message)
+      .def_prop_ro("trajectory", [](const Sqp& s) { return RowMatrix(s.trajectory()); })
+      .def_prop_ro("evaluation", [](const Sqp& s) { return Evaluation(s.evaluation()); })
+      .def_prop_ro("history", &Sqp::history, nb::rv_policy::copy)
+      .def_prop_ro("times", &Sqp::times)
+      .def_prop_ro("transcription", &Sqp::transcription, nb::rv_policy::reference_internal);
+
+  nb::class_<IpoptResult>(m, "IpoptResult")
+      .def_ro("status", &IpoptResult::status)
+      .def_ro("message", &IpoptResult::message)
+      .def_ro("iterations", &IpoptResult::iterations)
+      .def_ro("milliseconds", &IpoptResult::milliseconds)
+      .def_prop_ro("trajectory", [](const IpoptResult& r) { return RowMatrix(r.trajectory); });
+  nb::class_<Ipopt>(m, "Ipopt", "Interior-point ground truth; see ipopt.hpp.")
+      .def(
+          "__init__",
+          [](Ipopt* self, std::shared_ptr<LoweredProblem> problem, const std::string& nlp_library,
+             int horizon, const IpoptSettings& settings) {
+            new (self) Ipopt(std::move(problem), nlp_library, horizon, settings);
+          },
+          "problem"_a, "nlp_library"_a, "horizon"_a, "settings"_a)
+      .def("set_policy", &Ipopt::set_policy, "family"_a, "policy"_a)
+      .def("solve", &Ipopt::solve, "parameters"_a, "measured"_a, "guess"_a,
+           nb::call_guard<nb::gil_scoped_release>())
+      .def_prop_ro("transcription", &Ipopt::transcription, nb::rv_policy::reference_internal);
+}
+
+}  // namespace palanquin

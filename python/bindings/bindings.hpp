@@ -1,0 +1,10 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace palanquin {
+
+void bind_core(nanobind::module_& m);
+void bind_solvers(nanobind::module_& m);
+
+}  // namespace palanquin

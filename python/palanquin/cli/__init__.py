@@ -1,0 +1,24 @@
+"""The command `palanquin`: one module a command.
+
+Exit status: 0 done, 1 not solved or not completed, 2 bad input.
+"""
+
+from __future__ import annotations
+
+import typer
+
+from palanquin.cli.solve import solve
+
+app = typer.Typer(
+    name="palanquin",
+    help="Trajectory optimization for teams of robots that carry a payload together.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_show_locals=False,
+)
+app.command()(solve)
+
+
+@app.callback()
+def main() -> None:
+    """Trajectory optimization for teams of robots that carry a payload together."""

@@ -1,0 +1,46 @@
+"""What the commands share: where they print, and how they report bad input."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+
+from palanquin.errors import LoweringError, PalanquinError
+
+NOT_SOLVED = 1
+BAD_INPUT = 2
+
+out = Console()
+err = Console(stderr=True, soft_wrap=True)
+
+
+@contextmanager
+def reported_errors() -> Iterator[None]:
+    """Turns errors that a user can provoke into a message and exit status 2 (lowering: 1)."""
+    try:
+        yield
+    except LoweringError as error:
+        err.print(f"[red]error:[/red] {_escaped(error)}")
+        raise typer.Exit(NOT_SOLVED) from error
+    except (PalanquinError, ValueError, OSError) as error:
+        err.print(f"[red]error:[/red] {_escaped(error)}")
+        raise typer.Exit(BAD_INPUT) from error
+
+
+def show_progress_of_lowering() -> None:
+    """Prints on stderr whether a problem was compiled or found in the cache."""
+    logger = logging.getLogger("palanquin.lowering")
+    if not logger.handlers:
+        logger.addHandler(
+            RichHandler(console=err, show_time=False, show_level=False, show_path=False)
+        )
+        logger.setLevel(logging.INFO)
+
+
+def _escaped(error: Exception) -> str:
+    return str(error).replace("[", r"\[")

@@ -1,0 +1,84 @@
+"""`palanquin solve`: one optimal control problem from a file."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+
+
+class Solver(StrEnum):
+    """The methods that a case may be solved with."""
+
+    RTI = "rti"
+    SQP = "sqp"
+    IPOPT = "ipopt"
+
+
+def solve(
+    case: Annotated[Path, typer.Argument(help="JSON file with one problem instance.")],
+    solver: Annotated[
+        Solver, typer.Option(help="One SQP iteration, SQP to convergence, or Ipopt.")
+    ] = Solver.SQP,
+    qp: Annotated[str | None, typer.Option(help="Back end of the SQP's subproblem.")] = None,
+    iterations: Annotated[int | None, typer.Option(min=1, help="Iteration limit.")] = None,
+    penalty: Annotated[
+        bool, typer.Option("--penalty", help="Ipopt with penalties; the SQP always has them.")
+    ] = False,
+    starts: Annotated[
+        int, typer.Option(min=1, help="Foothold choices to try where ditches leave some.")
+    ] = 16,
+    file: Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")] = None,
+) -> None:
+    """Solves one problem instance and says why the solver stopped.
+
+    Exit status: 0 solved, 1 not solved (the result is written all the same), 2 bad input.
+    """
+    from palanquin.problems.clm import load_case
+    from palanquin.problems.clm.solve import CaseResult, solve_case
+
+    with reported_errors():
+        _check_writable(file)
+        problem = load_case(case)
+        show_progress_of_lowering()
+        result: CaseResult = solve_case(problem, solver.value, qp, iterations, penalty, starts)
+        figures = result.to_json()
+        if file is not None:
+            file.write_text(json.dumps(figures, allow_nan=False) + "\n", encoding="utf-8")
+    out.print(_summary(case.stem, figures))
+    if not result.solved:
+        worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
+        err.print(f"not solved: {figures['message']}; worst rows: {worst}", markup=False)
+        raise typer.Exit(NOT_SOLVED)
+
+
+def _check_writable(file: Path | None) -> None:
+    """Refuses an unusable output path before the solve, not after it."""
+    if file is None:
+        return
+    if file.is_dir():
+        raise ValueError(f"--out {file} is a folder; a file name is needed")
+    if not file.absolute().parent.is_dir():
+        raise ValueError(f"--out {file}: there is no folder {file.absolute().parent}")
+
+
+def _summary(name: str, figures: dict) -> Table:  # type: ignore[type-arg]
+    table = Table(title=name, show_header=False)
+    for key in ("status", "message", "cost", "tracking_cost", "penalty_cost"):
+        table.add_row(key, _number(figures[key]))
+    table.add_row("equality_violation", _number(figures["equality_violation"]))
+    for family, value in figures["inequality_violation"].items():
+        table.add_row(f"violation: {family}", _number(value))
+    table.add_row("iterations", str(figures["iterations"]))
+    table.add_row("time_ms", _number(figures["time_ms"]))
+    return table
+
+
+def _number(value: object) -> str:
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,252 @@
+"""Solvers as a user calls them, and the plan that they return."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from palanquin import _core
+from palanquin.errors import ProblemError
+from palanquin.lowered import Lowered, NamedArray
+from palanquin.policies import Policy
+
+Status = _core.Status
+
+
+@dataclass
+class Plan:
+    """Outcome of a solve. The trajectory is the last accepted iterate whatever the status says.
+
+    Attributes:
+        trajectory: plan.trajectory["block"] is a view [N + 1, size].
+        status: why the solver stopped; `is_usable` whether the plan may be executed.
+        message: the same in words.
+        cost: tracking_cost + penalty_cost.
+        tracking_cost: objective without penalties.
+        penalty_cost: sum of all penalties.
+        equality_violation: largest residual of dynamics, equality and link rows.
+        iterations: a record per SQP iteration (empty for Ipopt).
+        iteration_count: number of iterations.
+        timings_ms: milliseconds per phase, and "total".
+    """
+
+    trajectory: NamedArray
+    status: _core.Status
+    message: str
+    tracking_cost: float
+    penalty_cost: float
+    equality_violation: float
+    iterations: list[_core.IterationRecord]
+    iteration_count: int
+    timings_ms: dict[str, float]
+    _transcription: _core.Transcription = field(repr=False)
+    _inputs: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether the plan may be executed."""
+        return _core.is_usable(self.status)
+
+    @property
+    def cost(self) -> float:
+        """Objective with penalties."""
+        return self.tracking_cost + self.penalty_cost
+
+    @property
+    def xs(self) -> NDArray[np.float64]:
+        """The knot vectors [N + 1, nz]; use `trajectory` for named blocks."""
+        return self.trajectory.values
+
+    @cached_property
+    def violation(self) -> dict[str, float]:
+        """Largest violation of each inequality family, in physical units."""
+        return self._at_inputs().violations(self.trajectory.values)
+
+    def worst_rows(self, count: int = 5) -> list[tuple[str, float]]:
+        """Names and residuals of the worst rows: constraint, robot, limb, row, knot."""
+        rows = self._at_inputs().worst_rows(self.trajectory.values, count)
+        return [(r.name, r.value) for r in rows]
+
+    def _at_inputs(self) -> _core.Transcription:
+        # The solver may have moved on to other parameters since.
+        self._transcription.set_parameters(self._inputs[0])
+        self._transcription.set_measured(self._inputs[1])
+        return self._transcription
+
+
+class _Solver:
+    """What Sqp and Ipopt share: inputs, default policies, guesses."""
+
+    def __init__(self, lowered: Lowered, horizon: int | None) -> None:
+        self.lowered = lowered
+        self.horizon = horizon if horizon is not None else lowered.horizon
+        if not isinstance(self.horizon, int) or self.horizon < 1:
+            raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
+
+    _core: Any
+
+    def set_policy(self, family: str, policy: Policy) -> None:
+        """Changes how an inequality family enters; needs no lowering."""
+        stiffness, smoothing = policy.coefficients()
+        self._core.set_policy(family, _core.Policy(policy.kind, stiffness, smoothing))
+
+    def _set_default_policies(self) -> None:
+        for family, policy in self.lowered.policies.items():
+            self.set_policy(family, policy)
+
+    def _inputs(
+        self, parameters: NamedArray, measured: NamedArray | ArrayLike, guess: NamedArray | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        p = parameters.values
+        z = np.asarray(measured.values if isinstance(measured, NamedArray) else measured, float)
+        start = guess.values if guess is not None else np.tile(z, (self.horizon + 1, 1))
+        return p, z, np.ascontiguousarray(start)
+
+
+class Sqp(_Solver):
+    """The SQP solver of a lowered problem.
+
+    Args:
+        lowered: the problem.
+        settings: from `sqp_settings`; or give its fields as options.
+        horizon: number of intervals N; the problem's own unless told.
+        **options: fields of `SqpSettings`, nested ones as dicts, for example
+            `qp="osqp", max_iterations=1, subproblem={"max_inner_iterations": 3}`.
+
+    Raises:
+        ProblemError: an unknown option (the message lists the valid ones).
+        ValueError: a setting breaks its rule.
+    """
+
+    def __init__(
+        self,
+        lowered: Lowered,
+        settings: _core.SqpSettings | None = None,
+        *,
+        horizon: int | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(lowered, horizon)
+        self.settings = configure(settings or _core.SqpSettings(), **options)
+        self._core = _core.Sqp(lowered.core, self.horizon, self.settings)
+        self._set_default_policies()
+
+    def solve(
+        self,
+        parameters: NamedArray,
+        measured: NamedArray | ArrayLike,
+        guess: NamedArray | None = None,
+    ) -> Plan:
+        """Solves from a guess.
+
+        Args:
+            parameters: from `lowered.parameters(horizon)`, [N + 1, np].
+            measured: knot vector [nz]: states at knot 0, other blocks as they were before it.
+            guess: trajectory [N + 1, nz]; the measured knot held unless told.
+
+        Returns:
+            The plan; numerical failure is in its status, never an exception.
+        """
+        p, z, start = self._inputs(parameters, measured, guess)
+        self._core.solve(p, z, start)
+        evaluation, times = self._core.evaluation, self._core.times
+        history = self._core.history
+        return Plan(
+            trajectory=self.lowered.wrap(self._core.trajectory),
+            status=self._core.status,
+            message=self._core.message,
+            tracking_cost=evaluation.cost,
+            penalty_cost=evaluation.penalty,
+            equality_violation=evaluation.equality_max,
+            iterations=history,
+            iteration_count=len(history),
+            timings_ms={
+                "linearize": times.linearize,
+                "update": times.update,
+                "solve": times.solve,
+                "globalize": times.globalize,
+                "total": times.total,
+            },
+            _transcription=self._core.transcription,
+            _inputs=(p.copy(), z.copy()),
+        )
+
+
+class Ipopt(_Solver):
+    """Ipopt on the same lowered problem: the ground truth. Options: fields of `IpoptSettings`."""
+
+    def __init__(
+        self,
+        lowered: Lowered,
+        settings: _core.IpoptSettings | None = None,
+        *,
+        horizon: int | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(lowered, horizon)
+        self.settings = configure(settings or _core.IpoptSettings(), **options)
+        library = lowered.library("nlp")
+        self._core = _core.Ipopt(lowered.core, library, self.horizon, self.settings)
+        self._set_default_policies()
+
+    def solve(
+        self,
+        parameters: NamedArray,
+        measured: NamedArray | ArrayLike,
+        guess: NamedArray | None = None,
+    ) -> Plan:
+        """As `Sqp.solve`. Inequalities are hard constraints unless `penalize` is set."""
+        p, z, start = self._inputs(parameters, measured, guess)
+        result = self._core.solve(p, z, start)
+        transcription = self._core.transcription
+        evaluation = transcription.evaluate(result.trajectory)
+        return Plan(
+            trajectory=self.lowered.wrap(result.trajectory),
+            status=result.status,
+            message=result.message,
+            tracking_cost=evaluation.cost,
+            penalty_cost=evaluation.penalty if self.settings.penalize else 0.0,
+            equality_violation=evaluation.equality_max,
+            iterations=[],
+            iteration_count=result.iterations,
+            timings_ms={"solve": result.milliseconds, "total": result.milliseconds},
+            _transcription=transcription,
+            _inputs=(p.copy(), z.copy()),
+        )
+
+
+def configure(settings: Any, **options: Any) -> Any:
+    """Sets fields of an engine settings struct by name; dicts set nested structs.
+
+    Raises ProblemError for an unknown name or a value of the wrong type.
+    """
+    known = [n for n in dir(settings) if not n.startswith("_") and n != "explain_invalid"]
+    for name, value in options.items():
+        if name not in known:
+            raise ProblemError(
+                f"{type(settings).__name__} has no field '{name}'; it has {', '.join(known)}"
+            )
+        if isinstance(value, dict):
+            configure(getattr(settings, name), **value)
+            continue
+        if name == "form" and isinstance(value, str):
+            value = _form(value)
+        try:
+            setattr(settings, name, value)
+        except TypeError as error:
+            raise ProblemError(
+                f"{type(settings).__name__}.{name} is {value!r}, "
+                f"a {type(value).__name__}; a {type(getattr(settings, name)).__name__} is needed"
+            ) from error
+    return settings
+
+
+def _form(name: str) -> _core.Form:
+    forms = {"reduced": _core.Form.REDUCED, "paper": _core.Form.PAPER}
+    if name not in forms:
+        raise ProblemError(f"form is '{name}'; it must be one of {', '.join(forms)}")
+    return forms[name]

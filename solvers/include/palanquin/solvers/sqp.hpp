@@ -1,0 +1,128 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palanquin/core/transcription.hpp"
+#include "palanquin/solvers/filter.hpp"
+#include "palanquin/solvers/penalty_subproblem.hpp"
+#include "palanquin/solvers/qp_settings.hpp"
+#include "palanquin/solvers/status.hpp"
+
+namespace palanquin {
+
+/// Settings of the SQP method.
+struct SqpSettings {
+  std::string qp = "structured";    ///< QP back end, one of qp_solver_names()
+  Form form = Form::Reduced;
+  int threads = 1;                  ///< for evaluating and linearising knots
+  int max_iterations = 50;          ///< 1: real-time iteration
+  double cost_tolerance = 1e-9;     ///< predicted decrease relative to the cost (or to 1)
+  double equality_tolerance = 1e-8; ///< largest equality residual of a converged point
+  double regularization = 1e-4;     ///< proximal weight of the second attempt at a failed step
+  bool globalize = true;            ///< false: full steps, checked for finiteness only
+  LineSearchSettings line_search;
+  PenaltySubproblemSettings subproblem;
+  QpSettings qp_settings;
+
+  /// An empty string, or a sentence that names field, value and rule.
+  std::string explain_invalid() const;
+};
+
+/// How the step of one iteration was found.
+enum class StepKind {
+  Full,
+  Damped,       ///< shortened by the filter
+  Regularized,  ///< of a QP with a proximal term, after the plain one failed
+  Rejected,     ///< none acceptable: the iterate was kept
+};
+std::string_view to_string(StepKind kind);
+
+/// Milliseconds that one iteration (or a whole solve) spent per phase.
+struct PhaseTimes {
+  double linearize = 0.0;
+  double update = 0.0;     ///< QP back end: values and factorisation
+  double solve = 0.0;      ///< QP back end: the rest, and the penalty subproblem's own work
+  double globalize = 0.0;  ///< evaluations and line search
+  double total() const { return linearize + update + solve + globalize; }
+};
+
+/// What one iteration did; printing, histories and plots all read this record.
+struct IterationRecord {
+  double cost = 0.0;            ///< after the step, without penalties
+  double penalty = 0.0;         ///< after the step
+  double equality_max = 0.0;    ///< after the step
+  double predicted = 0.0;       ///< change of cost and penalty that the QP predicted
+  double step_length = 0.0;
+  StepKind step = StepKind::Rejected;
+  int inner_iterations = 0;     ///< QP solves of the penalty subproblem
+  QpStatus qp_status = QpStatus::NotSolved;
+  PhaseTimes times;
+};
+
+/// Sequential quadratic programming with penalties for the inequalities (De Vincenti and Coros,
+/// section IV-A, after Grandia et al. 2022), on a lowered problem over N intervals.
+///
+/// One iteration, in order:
+///   1. linearise all knots at the iterate: dynamics and rows to first order, cost to second
+///      (Gauss-Newton for residuals);
+///   2. solve the QP with its penalties kept exact by semismooth Newton (PenaltySubproblem); with
+///      `subproblem.max_inner_iterations` = 1 each penalty is its expansion at the iterate, as in
+///      the paper;
+///   3. step in the tangent space, shortened until the filter accepts; if no length is accepted, or
+///      the QP failed, once more with a proximal term, and then the iterate is kept.
+///
+/// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper.
+/// A solver is used by one thread at a time and keeps its workspace between solves; the loop does
+/// not allocate once the patterns have been seen.
+class Sqp {
+ public:
+  /// Throws std::invalid_argument for invalid settings, horizon < 1 or an unknown back end.
+  Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings);
+
+  void set_policy(const std::string& family, const Policy& policy);
+
+  /// Solves from `guess` [N + 1, nz] for `parameters` [N + 1, np] and the `measured` knot [nz]
+  /// (states at knot 0; other blocks as they were before it). The result is in trajectory().
+  /// Throws std::invalid_argument for wrong shapes and non-finite input; numerical failure is a
+  /// status.
+  Status solve(MatrixView parameters, VectorView measured, MatrixView guess);
+
+  Status status() const { return status_; }
+  /// Which test stopped the solve, in words.
+  const std::string& message() const { return message_; }
+  /// The last accepted iterate [N + 1, nz].
+  const RowMatrix& trajectory() const { return iterate_; }
+  /// Cost, penalty and residuals of trajectory().
+  const Evaluation& evaluation() const { return evaluation_; }
+  /// One record an iteration of the last solve.
+  const std::vector<IterationRecord>& history() const { return history_; }
+  /// Sum over the history.
+  PhaseTimes times() const;
+
+  Transcription& transcription() { return transcription_; }
+  const SqpSettings& settings() const { return settings_; }
+
+ private:
+  bool start(MatrixView parameters, VectorView measured, MatrixView guess);
+  IterationRecord iterate();
+  bool try_step(IterationRecord& record, double regularization);
+  bool search_step(IterationRecord& record);
+  bool is_converged(const IterationRecord& record) const;
+  void finish(Status status, std::string message);
+
+  SqpSettings settings_;
+  Transcription transcription_;
+  std::unique_ptr<QpSolver> qp_solver_;
+  PenaltySubproblem subproblem_;
+  StageQpSolution solution_;
+  RowMatrix iterate_, trial_;
+  Evaluation evaluation_, trial_evaluation_;
+  Status status_ = Status::NotSolved;
+  std::string message_;
+  std::vector<IterationRecord> history_;
+};
+
+}  // namespace palanquin
