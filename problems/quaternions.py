@@ -60,3 +60,14 @@ def yaw_of(q: np.ndarray) -> np.ndarray:
     """Heading: angle of the body's x axis, projected onto the horizontal plane, radians."""
     x_axis = rotate(q, np.array([1.0, 0.0, 0.0]))
     return np.arctan2(x_axis[..., 1], x_axis[..., 0])
+
+
+def continuous(q: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """The sequence `q` [n, ..., 4] with signs chosen so that each is near the one before.
+
+    q and -q are the same orientation, but a trajectory that jumps between them has a gap of a
+    whole turn. The first is near `start` [..., 4].
+    """
+    before = np.concatenate([np.asarray(start, dtype=float)[None], q[:-1]])
+    flips = np.where((before * q).sum(-1, keepdims=True) < 0, -1.0, 1.0)
+    return q * np.cumprod(flips, axis=0)

@@ -8,9 +8,10 @@ import numpy as np
 
 from palanquin.policies import Penalty
 from palanquin.problem import Problem
+from palanquin.problems import quaternions
 from palanquin.problems.clm.build import FAMILIES, build_clm, paper_policy
 from palanquin.problems.clm.case import Case
-from palanquin.problems.clm.guess import fill_guess, fill_measured
+from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import (
     Arrays,
     set_contacts,
@@ -19,7 +20,8 @@ from palanquin.problems.clm.parameters import (
     set_terrain,
     set_weights,
 )
-from palanquin.problems.clm.references import STATE, References
+from palanquin.problems.clm.references import ORIENTATION, STATE, References
+from palanquin.problems.clm.starts import foothold_starts
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.modules.weights import Weights
@@ -51,11 +53,17 @@ class CaseProblem:
     def of(case: Case) -> CaseProblem:
         """Converts a case."""
         r = len(case.robots)
+        bodies = np.array(case.xref.reshape(-1, r + 1, STATE))
+        measured = case.x0.reshape(-1, STATE)
+        # The cost takes either sign of a reference, the guess made from it does not.
+        bodies[..., ORIENTATION] = quaternions.continuous(
+            bodies[..., ORIENTATION], measured[..., ORIENTATION]
+        )
         return CaseProblem(
             case=case,
             team=_team(case),
             references=References(
-                bodies=case.xref.reshape(-1, r + 1, STATE),
+                bodies=bodies,
                 footholds=np.concatenate([case.rref, case.rref[-1:]]),
             ),
             contacts=np.concatenate([case.s[1:], case.s[-1:]]),
@@ -93,25 +101,41 @@ class CaseProblem:
             ),
         )
         if case.ditches:
-            lines = [[d.a, d.b, d.c, d.d] for d in case.ditches]
-            params["ditches"][:] = padded_lines(lines, params["ditches"].shape[1])
+            params["ditches"][:] = padded_lines(self._ditch_lines(), params["ditches"].shape[1])
 
     def fill_measured(self, knot: Arrays) -> None:
         """Writes the measured state and feet."""
         bodies = self.case.x0.reshape(-1, STATE)
         fill_measured(knot, self.team, bodies, self.case.feet0)
 
-    def fill_guess(self, trajectory: Arrays) -> None:
-        """Writes a trajectory to start from."""
-        fill_guess(
-            trajectory, self.team, self.references, self.contacts, self.before, self.case.feet0
+    def starts(self, at_most: int = 1) -> list[np.ndarray]:
+        """Foot trajectories [N+1, R, 4, 3] to start from, the references' own first.
+
+        More than one only where reference footholds lie in ditches; see `foothold_starts`.
+        """
+        wanted = foothold_starts(
+            self.references.feet(),
+            self.contacts,
+            self.before,
+            np.array(self._ditch_lines()).reshape(-1, 4),
+            self.case.terrain.shape(),
+            at_most,
         )
+        return [footholds(w, self.contacts, self.before, self.case.feet0) for w in wanted]
+
+    def fill_guess(self, trajectory: Arrays, feet: np.ndarray | None = None) -> None:
+        """Writes a trajectory to start from, with `feet` of `starts`, the first unless told."""
+        feet = self.starts()[0] if feet is None else feet
+        fill_guess(trajectory, self.team, self.references, self.contacts, feet)
 
     def policies(self) -> dict[str, Penalty]:
         """The case's penalty by constraint family, in units of our rows."""
         penalty = self.case.penalty
         families = FAMILIES if self.case.ditches else FAMILIES[:-1]
         return {f: paper_policy(f, penalty.K, penalty.eps) for f in families}
+
+    def _ditch_lines(self) -> list[list[float]]:
+        return [[d.a, d.b, d.c, d.d] for d in self.case.ditches]
 
 
 def _team(case: Case) -> Team:

@@ -33,33 +33,29 @@ def fill_guess(
     team: Team,
     references: References,
     contacts: np.ndarray,
-    before: np.ndarray,
     feet: np.ndarray,
 ) -> None:
     """Writes a trajectory to start from: the references, with forces that carry the weight.
 
-    Standing feet stay where they are, landing feet step on their reference footholds. Each robot
-    carries itself and an equal share of the payload, evenly on its standing feet.
+    Each robot carries itself and an equal share of the payload, evenly on its standing feet.
 
     Args:
         trajectory: maps a block's name to a writable array [N+1, size].
         team: payload and robots.
         references: of the same horizon.
         contacts: flags [N+1, R, 4].
-        before: feet that stand when the horizon begins, [R, 4].
-        feet: measured positions in the world, m, [R, 4, 3].
+        feet: positions in the world, m, [N+1, R, 4, 3]; see `footholds`.
     """
     for b, body in enumerate(team.bodies):
         for part, columns in PARTS.items():
             trajectory[f"{body}.{part}"][:] = references.bodies[:, b, columns]
-    positions = footholds(references.feet(), contacts, before, feet)
     share = np.array(GRAVITY) * team.payload.mass / len(team.carriers)
     for i, carrier in enumerate(team.carriers):
         weight = share + np.array(GRAVITY) * carrier.model.mass
         standing = np.asarray(contacts[:, i], dtype=float)
         per_foot = standing / np.maximum(standing.sum(axis=1, keepdims=True), 1)
         for f, limb in enumerate(FEET):
-            trajectory[f"{carrier.name}.{limb}.foot"][:] = positions[:, i, f]
+            trajectory[f"{carrier.name}.{limb}.foot"][:] = feet[:, i, f]
             trajectory[f"{carrier.name}.{limb}.force"][:] = -per_foot[:, f, None] * weight
         trajectory[f"{carrier.name}.hand.force"][:] = share
         trajectory[f"{carrier.name}.hand.torque"][:] = 0.0

@@ -60,3 +60,11 @@ def test_tilt_is_the_smallest_rotation_onto_the_normal():
 
 def test_yaw_is_recovered():
     np.testing.assert_allclose(quaternions.yaw_of(quaternions.from_yaw([-2.0, 0.3])), [-2.0, 0.3])
+
+
+def test_continuous_chooses_signs_that_do_not_jump():
+    angle = np.linspace(0, 3 * np.pi, 40)
+    smooth = quaternions.from_rotation_vector(angle[:, None] * np.array([0.6, 0.0, 0.8]))
+    signs = np.where(np.arange(40) % 3 == 0, -1.0, 1.0)[:, None]
+    np.testing.assert_array_equal(quaternions.continuous(signs * smooth, smooth[0]), smooth)
+    np.testing.assert_array_equal(quaternions.continuous(signs * smooth, -smooth[0]), -smooth)

@@ -89,3 +89,22 @@ def test_bad_commands_and_starts_are_refused(team):
         clm.Velocity(0.1, float("nan"))
     with pytest.raises(ProblemError, match=r"start has shape \(2,\); \(3,\) is needed"):
         clm.make_references(team, RAMP, np.zeros(2), TURN, 5, 1 / 30)
+
+
+def test_parameters_of_other_shapes_are_refused(team, problem):
+    params = {p.name: np.zeros((6, *p.shape)) for p in problem.parameters}
+    with pytest.raises(ProblemError, match=r"contacts have shape \(6, 1, 4\).*\(N\+1, 2, 4\)"):
+        clm.set_contacts(params, team, np.ones((6, 1, 4)), np.ones((2, 4)))
+    hill = terrains.Formula(lambda x, y, top: top * x, {"top": np.array([0.3])})
+    with pytest.raises(ProblemError, match="terrain has no parameter 'top'"):
+        clm.set_terrain(params, hill)
+
+
+def test_previous_contacts_lag_by_one_knot(team, problem):
+    params = {p.name: np.zeros((6, *p.shape)) for p in problem.parameters}
+    contacts = np.random.default_rng(0).integers(0, 2, (6, 2, 4))
+    before = np.array([[1, 0, 0, 1], [0, 0, 1, 1]])
+    clm.set_contacts(params, team, contacts, before)
+    np.testing.assert_array_equal(params["right.contact"], contacts[:, 1])
+    np.testing.assert_array_equal(params["right.previous_contact"][0], before[1])
+    np.testing.assert_array_equal(params["right.previous_contact"][1:], contacts[:-1, 1])
