@@ -1,0 +1,25 @@
+// Compiled once per processor level (cmake/PalanquinKernels.cmake) and free of inline functions
+// from elsewhere, see there.
+#include "kernels.hpp"
+
+#include "partial_cholesky.hpp"
+#include "sparse_product.hpp"
+#include "symmetric.hpp"
+
+namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE {
+
+extern const Table kTable;
+const Table kTable = {
+    .symmetrize = symmetrize,
+    .transpose = transpose,
+    .multiply = multiply,
+    .multiply_lower = multiply_lower,
+    .substitute = substitute,
+    .multiply_add = multiply_add,
+    .symmetric_multiply = symmetric_multiply,
+    .partial_cholesky = partial_cholesky,
+    .back_substitute = back_substitute,
+    .forward_substitute = forward_substitute,
+};
+
+}  // namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE

@@ -1,0 +1,74 @@
+#pragma once
+
+/// The dense and sparse-times-dense inner loops of the structured QP solver.
+///
+/// Matrices are column-major, start on a 64-byte boundary and have a leading dimension that is a
+/// multiple of kPad, so that a kernel works on whole vectors and never looks at a remainder. Rows
+/// between a matrix's own and the next multiple of kPad are read and written: they hold zeros on
+/// entry and stay zero.
+///
+/// kernels.cpp is compiled once per processor level into a namespace of its own; `kernels_for`
+/// (dispatch.cpp) hands out the table of the level asked for. A kernel does its floating-point
+/// operations in an order that depends on the sizes alone: its results are the same bit for bit in
+/// every run on one level.
+namespace palanquin::kernels {
+
+/// Doubles in a cache line, and the multiple to which rows are padded.
+inline constexpr int kPad = 8;
+constexpr int padded(int n) { return (n + kPad - 1) / kPad * kPad; }
+
+/// Columns of a sparse matrix: column j has entries start[j] .. start[j + 1] - 1.
+struct SparseColumns {
+  const int* start;
+  const int* row;
+  const double* value;
+};
+
+struct Table {
+  /// full = lower + lower' - diag(lower): [n x n], both sides of the diagonal filled.
+  void (*symmetrize)(int n, const double* lower, int ld_lower, double* full, int ld_full);
+
+  /// b = a': [cols x rows] from [rows x cols], both counts multiples of kPad.
+  void (*transpose)(int rows, int cols, const double* a, int ld_a, double* b, int ld_b);
+
+  /// dst = src S for the columns first .. first + count - 1 of S. `rows` is a multiple of kPad,
+  /// dst's column 0 belongs to S's column `first`.
+  void (*multiply)(int rows, SparseColumns s, int first, int count, const double* src, int ld_src,
+                   double* dst, int ld_dst);
+
+  /// As multiply, but column j of dst only from the row j / kPad * kPad on.
+  void (*multiply_lower)(int rows, SparseColumns s, int first, int count, const double* src,
+                         int ld_src, double* dst, int ld_dst);
+
+  /// a := a (I - N)^{-1}, column by column in `order`: a_c += sum_r a_r N_rc, where the columns r
+  /// that N's column c names come before c. Columns of N without entries are not in `order`.
+  void (*substitute)(int rows, SparseColumns n, const int* order, int count, double* a, int ld);
+
+  /// y += a x with a [rows x cols], rows a multiple of kPad.
+  void (*multiply_add)(int rows, int cols, const double* a, int ld, const double* x, double* y);
+
+  /// y = [A B'] x for a symmetric A [cols x cols] of which `lower` holds the lower triangle with B
+  /// below it, `rows` rows in all (padded). x and y have `rows` entries, y's behind `cols` are
+  /// without meaning.
+  void (*symmetric_multiply)(int rows, int cols, const double* lower, int ld, const double* x,
+                             double* y);
+
+  /// The first `pivots` columns of the symmetric matrix
+  ///     [ A  B' ]  panel = [A; B], rows of A padded to padded(pivots) by zeros,
+  ///     [ B  C  ]  c = lower triangle of C with `rows` rows (padded) and `cols` columns
+  /// are eliminated: panel := [L; B L^{-T}], A = L L', and C := C - B A^{-1} B'. The panel's
+  /// diagonal receives 1 / L_kk; its columns pivots .. padded(pivots) - 1 hold unit vectors.
+  /// Returns the first pivot that is not above `tolerance` times the diagonal entry of A (NaN
+  /// included), or -1 if there is none.
+  int (*partial_cholesky)(int pivots, int rows, int cols, double tolerance, double* panel,
+                          int ld_panel, double* c, int ld_c);
+
+  /// Back substitution with a panel of partial_cholesky: z := -L^{-T} (z_A + L_B' z_B) in the first
+  /// `pivots` entries of z, which has padded(pivots) + rows entries, zeros in the padding.
+  void (*back_substitute)(int pivots, int rows, const double* panel, int ld_panel, double* z);
+
+  /// Forward substitution: g_A := L^{-1} g_A and g_B -= L_B g_A.
+  void (*forward_substitute)(int pivots, int rows, const double* panel, int ld_panel, double* g);
+};
+
+}  // namespace palanquin::kernels

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "vector.hpp"
+
+// Transposition and lane-wise reduction of a square of registers.
+
+namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE {
+
+template <int... L>
+struct Lanes {};
+#if defined(__AVX512F__)
+using AllLanes = Lanes<0, 1, 2, 3, 4, 5, 6, 7>;
+#elif defined(__AVX__)
+using AllLanes = Lanes<0, 1, 2, 3>;
+#else
+using AllLanes = Lanes<0, 1>;
+#endif
+
+/// Lanes with bit S clear take a's, the others b's lane S below.
+template <int S, int... L>
+PALANQUIN_INLINE Vector interleave_low(Vector a, Vector b, Lanes<L...>) {
+  return __builtin_shuffle(a, b, Mask{(L & S ? kWidth + L - S : L)...});
+}
+/// Lanes with bit S set take b's, the others a's lane S above.
+template <int S, int... L>
+PALANQUIN_INLINE Vector interleave_high(Vector a, Vector b, Lanes<L...>) {
+  return __builtin_shuffle(a, b, Mask{(L & S ? kWidth + L : L + S)...});
+}
+
+template <int S>
+PALANQUIN_INLINE void transpose_bit(Vector (&v)[kWidth]) {
+#pragma GCC unroll 8
+  for (int i = 0; i < kWidth; ++i) {
+    if (i & S) continue;
+    const Vector low = interleave_low<S>(v[i], v[i + S], AllLanes{});
+    v[i + S] = interleave_high<S>(v[i], v[i + S], AllLanes{});
+    v[i] = low;
+  }
+}
+
+/// Lane j of v[i] and lane i of v[j] change places.
+PALANQUIN_INLINE void transpose_registers(Vector (&v)[kWidth]) {
+  transpose_bit<1>(v);
+  if constexpr (kWidth > 2) transpose_bit<2>(v);
+  if constexpr (kWidth > 4) transpose_bit<4>(v);
+}
+
+/// A vector whose lane j is the sum of the lanes of v[j].
+PALANQUIN_INLINE Vector sum_lanes(Vector (&v)[kWidth]) {
+  transpose_registers(v);
+#pragma GCC unroll 3
+  for (int half = kWidth / 2; half > 0; half /= 2)
+    for (int i = 0; i < half; ++i) v[i] += v[i + half];
+  return v[0];
+}
+
+template <int... L>
+PALANQUIN_INLINE Mask lane_numbers(Lanes<L...>) {
+  return Mask{L...};
+}
+/// The lanes from `first` on, zeros before.
+PALANQUIN_INLINE Vector lanes_from(Vector v, int first) {
+  return lane_numbers(AllLanes{}) >= first ? v : Vector{};
+}
+
+}  // namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE
