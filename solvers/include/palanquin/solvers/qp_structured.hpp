@@ -1,0 +1,98 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+
+#include "palanquin/solvers/kernel_level.hpp"
+#include "palanquin/solvers/qp_solver.hpp"
+
+namespace palanquin {
+
+namespace structured {
+struct Workspace;
+}
+
+struct StructuredQpSettings {
+  KernelLevel kernels = KernelLevel::Automatic;
+  /// Added to the diagonal of the inputs' and locals' Hessian, for problems that are not strictly
+  /// convex in them. The QP that is solved is then the regularised one. [>= 0]
+  double regularization = 0.0;
+  /// A pivot must be above this times the diagonal entry that it started from. [>= 0, < 1]
+  double pivot_tolerance = 1e-14;
+  /// Stiffness that stands in for an equality row inside the factorisation, times the largest
+  /// diagonal entry of the knot's Hessian over the row's squared norm. [> 0]
+  double equality_weight = 1e6;
+  /// Equality rows are refined until residuals are below this, relative to the data. [> 0]
+  double equality_tolerance = 1e-11;
+  int max_refinements = 20;  ///< [>= 1]
+
+  /// An empty string, or a sentence that names field, value and rule.
+  std::string explain_invalid() const;
+};
+
+/// Riccati recursion over the knots of a StageQp, one knot's work per knot.
+///
+/// The value function of knot k + 1 is V(x) = 1/2 x'P x + p'x. Backwards, per knot,
+///   (1) the implicit rows x+ = (I - N)^{-1} (F w + b) are substituted into P: P~ = L'P L,
+///   (2) W = P~ F goes over the stored entries of F only,
+///   (3) G = H + F'W + J'D J is formed, lower triangle only, its gradient as one more row,
+///   (4) locals are eliminated group by group, touching only the columns that they meet,
+///   (5) a partial Cholesky of G over the inputs leaves P and p of knot k;
+/// and forwards (6) inputs, locals, next states and multipliers follow from the initial state.
+/// docs/structured-solver.md derives it. Work is linear in the horizon.
+///
+/// Equality rows enter (3) as stiff quadratic rows and are then made exact by refining with the
+/// same factors (a proximal method of multipliers). Hard inequalities and link rows are not taken.
+///
+/// For real-time iterations `factorize` does all that can be done before the initial state is
+/// known, `feedback` the rest. Nothing allocates once a pattern of these sizes has been analysed.
+///
+///   StructuredQpSolver solver;
+///   StageQpSolution step;
+///   step.resize(qp);
+///   if (is_usable(solver.factorize(qp, model))) solver.feedback(measured_state, step);
+class StructuredQpSolver final : public QpSolver {
+ public:
+  /// Throws std::invalid_argument if a setting breaks its rule.
+  explicit StructuredQpSolver(const StructuredQpSettings& settings = {});
+  ~StructuredQpSolver() override;
+  StructuredQpSolver(StructuredQpSolver&&) noexcept;
+  StructuredQpSolver& operator=(StructuredQpSolver&&) noexcept;
+
+  std::string_view name() const override { return "structured"; }
+  QpCapabilities capabilities() const override { return {}; }
+
+  /// factorize, then feedback from qp.initial_state.
+  QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override;
+
+  /// As solve, if since the last factorisation of `qp` nothing but `model` and the initial state
+  /// has changed: knots behind the last one whose penalties changed keep their factors.
+  QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
+                   StageQpSolution& solution) override;
+
+  /// Steps (1) to (5). `qp` must live, unchanged, until the last feedback. Throws
+  /// std::invalid_argument if a block's dimensions contradict its knot's.
+  QpStatus factorize(const StageQp& qp, const PenaltyModel& model);
+
+  /// Step (6) with the last factors, from `initial_state` [nx_0]. Throws std::logic_error if no
+  /// factorisation stands, std::invalid_argument for wrong sizes.
+  QpStatus feedback(const Eigen::VectorXd& initial_state, StageQpSolution& solution);
+
+  /// du_k/dx_k of the last factors [nu_k x nx_k]: the first-order feedback gain, penalties at the
+  /// model's curvature. With equality rows up to a relative 1 / equality_weight.
+  Eigen::MatrixXd input_gain(int knot) const;
+  /// The value function's Hessian [nx_k x nx_k] and gradient [nx_k] at `knot`.
+  Eigen::MatrixXd value_hessian(int knot) const;
+  Eigen::VectorXd value_gradient(int knot) const;
+
+  /// Floating-point operations of one solve of the last pattern, counted without padding and
+  /// without penalty rows (which cost only where their curvature is not zero) or refinements.
+  double flops() const;
+  KernelLevel kernel_level() const;
+
+ private:
+  std::unique_ptr<structured::Workspace> workspace_;
+};
+
+}  // namespace palanquin

@@ -1,0 +1,98 @@
+#include "structured/forward.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palanquin::structured {
+
+void solve_inputs(const Workspace& work, const Knot& knot, double* z) {
+  const KnotPlan& plan = knot.plan;
+  work.kernels->back_substitute(plan.nu, plan.value_ld, knot.panel(), plan.panel_ld,
+                                z + plan.input_slot);
+}
+
+void solve_locals(const Knot& knot, double* z) {
+  for (const LocalGroup& group : knot.plan.groups) {
+    const int* slots = knot.plan.group_slots.data() + group.first;
+    const double* factor = knot.local_factor + group.factor_offset;
+    for (int c = group.locals - 1; c >= 0; --c) {
+      const double* column = factor + c * group.size();
+      double sum = z[slots[c]];
+      for (int i = c + 1; i < group.size(); ++i) sum += column[i] * z[slots[i]];
+      z[slots[c]] = -column[c] * sum;
+    }
+  }
+}
+
+namespace {
+
+/// y += F(:, first .. first + count - 1) x
+void multiply_columns(const SparseBlock& f, int first, int count, const double* x, double* y) {
+  for (int j = 0; j < count; ++j)
+    for (int e = f.column_start[first + j]; e < f.column_start[first + j + 1]; ++e)
+      y[f.row_index[e]] += f.values[e] * x[j];
+}
+
+/// Zero if every entry is finite, else NaN.
+double finiteness(const double* v, int size) {
+  double sum = 0.0;
+  for (int i = 0; i < size; ++i) sum += 0.0 * v[i];
+  return sum;
+}
+
+}  // namespace
+
+void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x) {
+  multiply_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, next_x);
+  multiply_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, next_x);
+  const auto& order = plan.substitution_order;
+  for (auto c = order.rbegin(); c != order.rend(); ++c)
+    multiply_columns(stage.implicit, *c, 1, next_x + *c, next_x);
+}
+
+void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v) {
+  const SparseBlock& n = stage.implicit;
+  for (int c : plan.substitution_order)
+    for (int e = n.column_start[c]; e < n.column_start[c + 1]; ++e)
+      v[c] += n.values[e] * v[n.row_index[e]];
+}
+
+bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial_state) {
+  double finite = 0.0;
+  for (int k = 0; k <= qp.horizon(); ++k) {
+    const Knot& knot = work.knots[k];
+    const KnotPlan& plan = knot.plan;
+    double* x = knot.z + plan.state_slot;
+    if (k == 0) std::copy_n(initial_state.data(), plan.nx, x);
+    std::fill_n(knot.z, plan.state_slot, 0.0);
+    x[plan.nx] = 1.0;  // takes the gradient's row of the factors in
+    solve_inputs(work, knot, knot.z);
+    solve_locals(knot, knot.z);
+    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value(), plan.value_ld, x,
+                                     knot.multiplier);
+    if (k > 0) substitute_transposed(qp.stages[k - 1], work.knots[k - 1].plan, knot.multiplier);
+    finite += finiteness(knot.z, plan.gradient_slot) + finiteness(knot.multiplier, plan.nx);
+    if (k == qp.horizon()) break;
+    double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan.state_slot;
+    std::copy_n(qp.stages[k].offset.data(), qp.stages[k].offset.size(), next_x);
+    advance(qp.stages[k], plan, knot.z, next_x);
+  }
+  return finite == 0.0;
+}
+
+void unpack(const Workspace& work, StageQpSolution& solution) {
+  for (std::size_t k = 0; k < work.knots.size(); ++k) {
+    const Knot& knot = work.knots[k];
+    const KnotPlan& plan = knot.plan;
+    double* w = solution.w[k].data();
+    w = std::copy_n(knot.z + plan.state_slot, plan.nx, w);
+    w = std::copy_n(knot.z + plan.input_slot, plan.nu, w);
+    std::copy_n(knot.z, plan.nl, w);
+    std::copy_n(knot.multiplier, plan.nx, solution.dynamics_multiplier[k].data());
+    if (plan.equality.rows() > 0)
+      std::copy_n(knot.equality_multiplier, plan.equality.rows(),
+                  solution.equality_multiplier[k].data());
+  }
+}
+
+}  // namespace palanquin::structured

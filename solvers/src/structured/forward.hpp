@@ -1,0 +1,26 @@
+#pragma once
+
+#include "structured/workspace.hpp"
+
+namespace palanquin::structured {
+
+/// Inputs and locals of `z` from its states and constant, by the knot's factors. On entry they hold
+/// what the forward substitution left of a right-hand side, zero if that is the gradient's row.
+void solve_inputs(const Workspace& workspace, const Knot& knot, double* z);
+void solve_locals(const Knot& knot, double* z);
+
+/// States of the next knot: next_x := (I - N)^{-1} (F w + x), where x is what next_x holds on
+/// entry.
+void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x);
+
+/// v := (I - N')^{-1} v: the value function's slope in x+, taken over to the rows F w + b.
+void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v);
+
+/// Step (6): z and multipliers of every knot from `initial_state`. Returns whether all of them are
+/// finite.
+bool roll_out(Workspace& workspace, const StageQp& qp, const Eigen::VectorXd& initial_state);
+
+/// Copies the knots' z and multipliers into `solution`.
+void unpack(const Workspace& workspace, StageQpSolution& solution);
+
+}  // namespace palanquin::structured

@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <numeric>
+
+#include "structured/knot_plan.hpp"
+
+namespace palanquin::structured {
+
+int KnotPlanner::group_of(int local) {
+  while (parent_[local] != local) local = parent_[local] = parent_[parent_[local]];
+  return local;
+}
+
+/// Locals of one row belong together.
+void KnotPlanner::join_row(const KnotPlan& plan, const RowPattern& rows) {
+  for (int i = 0; i < rows.rows(); ++i)
+    for (int e = rows.start[i] + 1; e < rows.start[i + 1] && rows.slot[e] < plan.nl; ++e)
+      parent_[group_of(rows.slot[e])] = group_of(rows.slot[e - 1]);
+}
+
+/// A row's group meets all of the row's inputs and states.
+void KnotPlanner::mark_row(const KnotPlan& plan, const RowPattern& rows) {
+  for (int i = 0; i < rows.rows(); ++i) {
+    const int begin = rows.start[i];
+    if (begin == rows.start[i + 1] || rows.slot[begin] >= plan.nl) continue;
+    unsigned char* meets = meets_.data() + group_of(rows.slot[begin]) * plan.slots();
+    for (int e = begin; e < rows.start[i + 1]; ++e) meets[rows.slot[e]] = 1;
+  }
+}
+
+void KnotPlanner::group_locals(const SparseBlock& hessian, KnotPlan& plan) {
+  plan.groups.clear();
+  plan.group_slots.clear();
+  plan.local_factor_size = 0;
+  if (plan.nl == 0) return;
+  parent_.resize(plan.nl);
+  std::iota(parent_.begin(), parent_.end(), 0);
+  meets_.assign(plan.nl * plan.slots(), 0);
+
+  const auto for_local_entries = [&](auto visit) {  // visit(local slot, other slot)
+    for (int j = 0; j < hessian.cols; ++j) {
+      for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
+        const auto [low, high] = std::minmax(plan.slot[j], plan.slot[hessian.row_index[e]]);
+        if (low < plan.nl) visit(low, high);
+      }
+    }
+  };
+  for_local_entries([&](int local, int other) {
+    if (other < plan.nl) parent_[group_of(other)] = group_of(local);
+  });
+  join_row(plan, plan.penalty);
+  join_row(plan, plan.equality);
+  for_local_entries(
+      [&](int local, int other) { meets_[group_of(local) * plan.slots() + other] = 1; });
+  mark_row(plan, plan.penalty);
+  mark_row(plan, plan.equality);
+
+  for (int root = 0; root < plan.nl; ++root) {
+    if (group_of(root) != root) continue;
+    LocalGroup group;
+    group.first = static_cast<int>(plan.group_slots.size());
+    group.factor_offset = plan.local_factor_size;
+    for (int local = 0; local < plan.nl; ++local)
+      if (group_of(local) == root) plan.group_slots.push_back(local);
+    group.locals = static_cast<int>(plan.group_slots.size()) - group.first;
+    for (int slot = plan.input_slot; slot < plan.gradient_slot; ++slot)
+      if (meets_[root * plan.slots() + slot]) plan.group_slots.push_back(slot);
+    group.others = static_cast<int>(plan.group_slots.size()) - group.first - group.locals;
+    plan.group_slots.push_back(plan.gradient_slot);
+    plan.local_factor_size += group.size() * group.locals;
+    plan.groups.push_back(group);
+  }
+}
+
+}  // namespace palanquin::structured
