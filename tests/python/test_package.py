@@ -1,7 +1,6 @@
 """The package as installed: what it loads, where it looks for libraries, and its use from C++."""
 
 import importlib.metadata
-import math
 import os
 import re
 import subprocess
@@ -10,7 +9,10 @@ import sysconfig
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+import palanquin as pq
 
 ROOT = Path(__file__).resolve().parents[2]
 INSTALLED = Path(sysconfig.get_path("platlib")) / "palanquin"
@@ -54,8 +56,19 @@ def consumer(tmp_path_factory) -> Path:
     return build / "consumer"
 
 
-def test_cpp_program_links_the_installed_package(consumer):
-    w, x, y, z = map(float, run(consumer, "1.0").split())
-    assert (x, y) == (0.0, 0.0)
-    assert w == pytest.approx(math.cos(0.5), rel=1e-5)
-    assert z == pytest.approx(math.sin(0.5), rel=1e-5)
+def test_cpp_program_solves_a_lowered_problem(consumer):
+    cart = pq.Problem(horizon=20, dt=0.1, name="cart")
+    position, velocity = cart.state("position", 1), cart.state("velocity", 1)
+    force = cart.input("force", 1)
+    cart.dynamics(position, increment=cart.dt * velocity)
+    cart.dynamics(velocity, increment=cart.dt * force)
+    cart.residual("goal", position - cart.parameter("goal"), at="all")
+    cart.residual("effort", force, weight=0.1)
+    lowered = cart.lower()
+    parameters = lowered.parameters()
+    parameters["dt"], parameters["goal"] = 0.05, 2.0
+
+    printed = run(consumer, lowered.report.path, "0.05", "2.0")
+    planned = pq.Sqp(lowered).solve(parameters, lowered.knot())
+    np.testing.assert_allclose(np.loadtxt(printed.splitlines()), planned.xs, atol=1e-9)
+    assert planned.trajectory["position"][-1] > 0.5
