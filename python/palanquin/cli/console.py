@@ -8,7 +8,6 @@ from contextlib import contextmanager
 
 import typer
 from rich.console import Console
-from rich.logging import RichHandler
 
 from palanquin.errors import LoweringError, PalanquinError
 
@@ -32,13 +31,16 @@ def reported_errors() -> Iterator[None]:
         raise typer.Exit(BAD_INPUT) from error
 
 
+class _ConsoleHandler(logging.Handler):
+    def emit(self, record: logging.LogRecord) -> None:
+        err.print(record.getMessage(), style="dim", markup=False, highlight=False)
+
+
 def show_progress_of_lowering() -> None:
     """Prints on stderr whether a problem was compiled or found in the cache."""
     logger = logging.getLogger("palanquin.lowering")
     if not logger.handlers:
-        logger.addHandler(
-            RichHandler(console=err, show_time=False, show_level=False, show_path=False)
-        )
+        logger.addHandler(_ConsoleHandler())
         logger.setLevel(logging.INFO)
 
 

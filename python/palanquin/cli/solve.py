@@ -22,7 +22,7 @@ class Solver(StrEnum):
 
 
 def solve(
-    case: Annotated[Path, typer.Argument(help="JSON file with one problem instance.")],
+    case: Annotated[Path, typer.Argument(metavar="CASE.json", help="One problem instance.")],
     solver: Annotated[
         Solver, typer.Option(help="One SQP iteration, SQP to convergence, or Ipopt.")
     ] = Solver.SQP,
