@@ -1,0 +1,1 @@
+"""Scenes, kinematic tracking, recordings and pictures of a planned team."""
