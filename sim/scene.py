@@ -1,0 +1,160 @@
+"""A MuJoCo scene of a team: robots, payload, ground, lights and cameras."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from palanquin.problems.robots import quadruped
+from palanquin.sim.area import Area
+from palanquin.sim.links import COLLISION_GROUP
+from palanquin.sim.palette import METAL, TIMBER, robot_colour
+from palanquin.sim.quadruped import armed_quadruped
+from palanquin.sim.team import Member, Payload, Team
+from palanquin.sim.terrain_looks import add_ditches, add_ground
+
+Array = NDArray[np.float64]
+
+_HORIZON = (0.90, 0.925, 0.945)
+"""Colour of the sky's edge, into which the ground fades."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A compiled scene. Bodies and joints of a robot are prefixed by its name and a slash
+    (`left/trunk`); the payload is `payload`, its grasp points the sites `grasp/<robot>`. Cameras
+    `follow`, `front`, `side` and `top` travel with the payload.
+    """
+
+    team: Team
+    spec: mujoco.MjSpec
+    model: mujoco.MjModel
+
+
+def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) -> Scene:
+    """Build the scene of `team`.
+
+    `path` [n, >=2] are world positions (m) that the ground must reach beyond, the origin by
+    default; `friction` is the ground's sliding coefficient.
+    """
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    _set_options(spec)
+    _add_surroundings(spec)
+    area = Area.around(np.zeros((1, 2)) if path is None else path, margin=14.0)
+    add_ground(spec, team, area, friction)
+    add_ditches(spec, team, area)
+    for index, robot in enumerate(team.robots):
+        child = armed_quadruped(quadruped(robot.kind), robot_colour(index))
+        spec.attach(child, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
+    payload = _add_payload(spec, team.payload, team.robots)
+    _add_cameras(payload, spec.worldbody)
+    return Scene(team, spec, spec.compile())
+
+
+def _set_options(spec: mujoco.MjSpec) -> None:
+    """Settings under which a stance foot neither creeps nor sinks when the scene is stepped."""
+    spec.option.timestep = 1e-3
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+
+
+def _add_surroundings(spec: mujoco.MjSpec) -> None:
+    """Sky, haze, a sun that casts shadows and a weak second light from the other side."""
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=(0.62, 0.74, 0.86),
+        rgb2=_HORIZON,
+        width=256,
+        height=256,
+    )
+    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = 4096, 4
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = 20, 10
+    spec.visual.headlight.ambient[:] = (0.34, 0.34, 0.35)
+    spec.visual.headlight.diffuse[:] = (0.22, 0.22, 0.22)
+    spec.visual.headlight.specular[:] = (0.05, 0.05, 0.05)
+    spec.visual.rgba.fog[:] = (*_HORIZON, 1.0)
+    spec.visual.map.fogstart, spec.visual.map.fogend = 2.5, 6.5
+    spec.visual.map.znear, spec.visual.map.zfar = 0.02, 40.0
+    spec.visual.map.shadowclip = 2.5
+    spec.stat.extent, spec.stat.center = 2.0, (0.0, 0.0, 0.3)
+    directional = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
+    fill = spec.worldbody.add_light(name="fill", type=directional, dir=(-0.3, 0.7, -0.5))
+    fill.diffuse, fill.specular, fill.castshadow = (0.16, 0.17, 0.20), (0, 0, 0), False
+
+
+def _add_payload(
+    spec: mujoco.MjSpec, payload: Payload, robots: tuple[Member, ...]
+) -> mujoco.MjsBody:
+    """A free timber box of uniform density with a metal collar at each grasp point."""
+    body = spec.worldbody.add_body(name="payload")
+    body.add_freejoint(name="payload")
+    size = np.asarray(payload.size)
+    body.explicitinertial = True
+    body.mass = payload.mass
+    body.inertia = payload.mass / 12 * (size @ size - size**2)
+    half = size / 2
+    spec.add_material(name="timber", rgba=TIMBER, specular=0.1, shininess=0.1)
+    spec.add_material(name="collar", rgba=METAL, specular=0.5, shininess=0.6)
+    body.add_geom(
+        name="payload", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, mass=0, material="timber",
+        contype=0, conaffinity=1,
+    )  # fmt: skip
+    for robot in robots:
+        attach = np.asarray(robot.attach, float)
+        body.add_site(
+            name=f"grasp/{robot.name}",
+            pos=attach,
+            quat=(np.cos(robot.yaw_offset / 2), 0, 0, np.sin(robot.yaw_offset / 2)),
+            size=[0.01, 0, 0],
+            group=COLLISION_GROUP,
+        )
+        # A collar around the payload's slender direction, wide enough to hide the tool's tip.
+        axis = np.eye(3)[np.argmax(size)]
+        body.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_CYLINDER,
+            fromto=np.concatenate([attach - 0.045 * axis, attach + 0.045 * axis]),
+            size=[0.066, 0, 0],
+            material="collar",
+            mass=0,
+            contype=0,
+            conaffinity=0,
+        )
+    return body
+
+
+def _add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody) -> None:
+    """Cameras that keep their world orientation and travel with the payload, and so the sun."""
+    track = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
+    for name, position, target, fovy in (
+        ("follow", (-2.55, -2.0, 1.0), (-0.2, 0.0, -0.17), 31.0),
+        ("front", (2.55, -1.75, 0.55), (-0.15, 0.0, -0.17), 31.0),
+        ("side", (-0.15, -3.6, 0.35), (-0.15, 0.0, -0.12), 30.0),
+        ("top", (-0.3, -0.01, 4.5), (-0.3, 0.0, 0.0), 36.0),
+    ):
+        payload.add_camera(
+            name=name, mode=track, pos=position, quat=look_at(position, target), fovy=fovy
+        )
+    sun = payload.add_light(
+        name="sun",
+        mode=track,
+        type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
+        pos=(1.5, -2.0, 4.5),
+        dir=(-0.35, 0.42, -0.85),
+    )
+    sun.diffuse, sun.specular, sun.castshadow = (0.62, 0.60, 0.56), (0.25, 0.25, 0.25), True
+
+
+def look_at(position: tuple[float, ...], target: tuple[float, ...]) -> Array:
+    """Quaternion (w, x, y, z) of a camera at `position` whose -z axis points at `target`, y up."""
+    z = np.asarray(position, float) - np.asarray(target, float)
+    z /= np.linalg.norm(z)
+    x = np.cross([0.0, 0.0, 1.0], z)
+    x /= np.linalg.norm(x)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, np.column_stack([x, np.cross(z, x), z]).ravel())
+    return quaternion
