@@ -1,0 +1,109 @@
+"""What the planner intends, drawn into a MuJoCo picture: paths, footholds, forces."""
+
+import itertools
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from palanquin.sim.ditch_strips import frame_quaternion
+from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, Colour, robot_colour
+from palanquin.sim.rollout import Rollout
+
+Array = NDArray[np.float64]
+
+METRES_PER_NEWTON = 1.5e-3
+"""Length of a force arrow."""
+
+
+def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
+    """Add the plan of `tick` to `scene`: the payload's path and its pose at the horizon's end as a
+    ghost, the robots' paths, the footholds to come (fading with their distance in time), and the
+    ground reaction forces of the period.
+    """
+    draw_path(scene, rollout.plan_x[tick, :, :3], PAYLOAD_PLAN)
+    draw_ghost(scene, rollout.plan_x[tick, -1, :7], np.asarray(rollout.team.payload.size))
+    ground = rollout.team.ground
+    for robot in range(rollout.robots):
+        colour = robot_colour(robot)
+        draw_path(scene, rollout.plan_x[tick, :, 13 * (robot + 1) : 13 * (robot + 1) + 3], colour)
+        for knot, foothold in planned_touchdowns(rollout, tick, robot):
+            fade = 1.0 - 0.6 * knot / rollout.horizon
+            draw_disc(scene, foothold, ground.normal(*foothold[:2]), (*colour[:3], fade))
+        for foot in range(4):
+            if rollout.contact[tick, robot, foot] > 0.5:
+                force = rollout.force[tick, robot, foot]
+                draw_arrow(scene, rollout.feet[tick, robot, foot], METRES_PER_NEWTON * force)
+
+
+def planned_touchdowns(rollout: Rollout, tick: int, robot: int) -> list[tuple[int, Array]]:
+    """Knots and world positions [3] (m) at which the plan of `tick` puts a foot down."""
+    contact = rollout.plan_contact[tick, :, robot] > 0.5
+    before = np.vstack([rollout.contact[tick, robot][None] > 0.5, contact[:-1]])
+    return [
+        (int(knot), rollout.plan_feet[tick, knot, robot, foot])
+        for knot, foot in np.argwhere(contact & ~before)
+    ]
+
+
+def draw_path(scene: mujoco.MjvScene, points: Array, colour: Colour, width: float = 0.007) -> None:
+    """Add a polyline through `points` [n, 3] (world, m)."""
+    for start, end in itertools.pairwise(points):
+        _connect(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, width, start, end, colour)
+
+
+def draw_ghost(scene: mujoco.MjvScene, pose: Array, size: Array) -> None:
+    """Add a translucent box of full extents `size` [3] at `pose` [7] (position, quaternion)."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, pose[3:])
+    geom = _next_geom(scene)
+    if geom is not None:
+        rgba = np.array((*PAYLOAD_PLAN[:3], 0.28), np.float32)
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, size / 2, pose[:3], matrix, rgba)
+
+
+def draw_arrow(scene: mujoco.MjvScene, start: Array, vector: Array) -> None:
+    """Add an arrow from `start` along `vector` [3] (world, m)."""
+    if np.linalg.norm(vector) > 1e-3:
+        # MuJoCo draws an arrow half as long as its connector.
+        _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.013, start, start + 2 * vector, FORCE)
+
+
+def draw_disc(scene: mujoco.MjvScene, centre: Array, normal: Array, colour: Colour) -> None:
+    """Add a flat disc lying on the ground at `centre` [3] with the ground's `normal` [3]."""
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, frame_quaternion(normal))
+    size = np.array([0.035, 0.002, 0.0])
+    geom = _next_geom(scene)
+    if geom is not None:
+        mujoco.mjv_initGeom(
+            geom,
+            mujoco.mjtGeom.mjGEOM_CYLINDER,
+            size,
+            centre + 0.003 * normal,
+            matrix,
+            np.array(colour, np.float32),
+        )
+
+
+def _connect(
+    scene: mujoco.MjvScene,
+    kind: mujoco.mjtGeom,
+    width: float,
+    start: Array,
+    end: Array,
+    colour: Colour,
+) -> None:
+    geom = _next_geom(scene)
+    if geom is not None:
+        rgba = np.array(colour, np.float32)
+        mujoco.mjv_initGeom(geom, kind, np.zeros(3), np.zeros(3), np.zeros(9), rgba)
+        mujoco.mjv_connector(geom, kind, width, start, end)
+
+
+def _next_geom(scene: mujoco.MjvScene) -> mujoco.MjvGeom | None:
+    """A free geom of the scene; None when it is full (the picture then shows less)."""
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    scene.ngeom += 1
+    return scene.geoms[scene.ngeom - 1]
