@@ -1,0 +1,28 @@
+"""A Rerun recording of a tracked rollout (needs the extra `viz`)."""
+
+from pathlib import Path
+
+from palanquin.sim.errors import MissingExtraError
+from palanquin.sim.kinematic import KinematicTrajectory
+from palanquin.sim.rollout import Rollout
+
+
+def record(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> None:
+    """Write `path` (.rrd), which opens on a 3D view beside plots of the solver's figures.
+
+    Timeline `sim_time` (s). Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force`,
+    `world/<robot>/hand/force`, `world/payload`, `world/terrain`; `plan/payload`, `plan/<robot>`
+    and `plan/<robot>/footholds`; `solver/...` with `solver/phase/<name>` and
+    `solver/violation/<family>`; `control/...` with the tracking errors.
+
+    Raises MissingExtraError when rerun-sdk is not installed.
+    """
+    try:
+        from palanquin.sim import rerun_log
+    except ModuleNotFoundError as error:
+        if error.name != "rerun":
+            raise
+        raise MissingExtraError(
+            "rerun-sdk is not installed; `pip install palanquin[viz]` adds it"
+        ) from error
+    rerun_log.write(rollout, trajectory, path)

@@ -1,0 +1,48 @@
+"""How a recording looks when it is opened: the scene beside the solver's and tracking plots."""
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from palanquin.sim.rollout import Rollout
+
+
+def blueprint(rollout: Rollout) -> rrb.Blueprint:
+    """A 3D view that follows the payload, and plots of time, violations and tracking errors."""
+    start = rollout.x[0, :3]
+    bodies = ["payload", *(robot.name for robot in rollout.team.robots)]
+    view = rrb.Spatial3DView(
+        name="team",
+        origin="/",
+        contents=["world/**", "plan/**"],
+        background=rr.components.Color((225, 232, 240)),
+        line_grid=False,
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            position=np.add(start, (-2.0, -1.7, 0.9)),
+            look_target=np.add(start, (-0.2, 0.0, -0.15)),
+            eye_up=(0, 0, 1),
+            tracking_entity="world/payload",
+        ),
+    )
+    plots = [
+        ("solve time (ms)", ["solver/solve_ms", "solver/phase/**"]),
+        ("violation", ["solver/violation/**", "solver/equality_violation"]),
+        ("position error (m)", [f"control/{name}/position_error" for name in bodies]),
+        ("cost", ["solver/cost"]),
+        ("iterations", ["solver/iterations"]),
+    ]
+    first, rest = plots[:3], plots[3:]
+    column = rrb.Vertical(
+        *(rrb.TimeSeriesView(name=name, origin="/", contents=paths) for name, paths in first),
+        rrb.Tabs(
+            *(rrb.TimeSeriesView(name=name, origin="/", contents=paths) for name, paths in rest),
+            rrb.TextLogView(name="status", origin="/", contents=["solver/status"]),
+        ),
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(view, column, column_shares=[5, 3]),
+        rrb.TimePanel(state="collapsed", timeline="sim_time"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
