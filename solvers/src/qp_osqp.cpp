@@ -3,7 +3,6 @@
 #include <osqp.h>
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
 #include "flat_qp.hpp"
@@ -103,7 +102,7 @@ class OsqpQpSolver final : public QpSolver {
   }
 
   bool set_up() {
-    lower_.setConstant(flat_.rows(), -std::numeric_limits<double>::infinity());
+    lower_.setConstant(flat_.rows(), -OSQP_INFTY);  // a real infinity would make its gap NaN
     z_.setZero(flat_.variables());
     y_.setZero(flat_.rows());
     set_lower_bounds();
