@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 METRES_PER_NEWTON = 1.5e-3
 """Length of a force arrow."""
 
+_GHOST_DISTANCE = 0.02
+"""A payload that stays nearer than this (m) needs no ghost, which would only veil it."""
+
 
 def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
     """Add the plan of `tick` to `scene`: the payload's path and its pose at the horizon's end as a
@@ -22,7 +25,9 @@ def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
     ground reaction forces of the period.
     """
     draw_path(scene, rollout.plan_x[tick, :, :3], PAYLOAD_PLAN)
-    draw_ghost(scene, rollout.plan_x[tick, -1, :7], np.asarray(rollout.team.payload.size))
+    start, end = rollout.plan_x[tick, 0, :3], rollout.plan_x[tick, -1, :7]
+    if np.linalg.norm(end[:3] - start) > _GHOST_DISTANCE:
+        draw_ghost(scene, end, np.asarray(rollout.team.payload.size))
     ground = rollout.team.ground
     for robot in range(rollout.robots):
         colour = robot_colour(robot)

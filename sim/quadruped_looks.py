@@ -12,7 +12,7 @@ from palanquin.sim.shapes import belt, chamfered_box, tapered_trunk
 def paint_trunk(paint: Paint, trunk: mujoco.MjsBody, model: QuadrupedModel) -> None:
     """A light shell over a dark belly, stripes in the robot's colour, a face in front."""
     hip_x = model.joints["hip"].offset[0]
-    length = max(model.trunk_size[0], 2 * hip_x + 0.10)
+    length = max(model.trunk_size[0], 2 * hip_x + 0.085)
     width, height = model.trunk_size[1], model.trunk_size[2]
     x, y, z = model.trunk_centre
     belly = chamfered_box((length - 0.05, width - 0.02, 0.6 * height), 0.02)

@@ -113,8 +113,8 @@ def _add_payload(
             size=[0.01, 0, 0],
             group=COLLISION_GROUP,
         )
-        # A collar around the payload's slender direction, wide enough to hide the tool's tip.
-        axis = np.eye(3)[np.argmax(size)]
+        # A collar about the hand's y axis, wide enough to hide the tool's tip.
+        axis = np.array([-np.sin(robot.yaw_offset), np.cos(robot.yaw_offset), 0.0])
         body.add_geom(
             type=mujoco.mjtGeom.mjGEOM_CYLINDER,
             fromto=np.concatenate([attach - 0.045 * axis, attach + 0.045 * axis]),
