@@ -11,8 +11,7 @@ namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE {
 extern const Table kTable;
 const Table kTable = {
     .symmetrize = symmetrize,
-    .transpose = transpose,
-    .multiply = multiply,
+    .multiply_transposed = multiply_transposed,
     .multiply_lower = multiply_lower,
     .substitute = substitute,
     .multiply_add = multiply_add,

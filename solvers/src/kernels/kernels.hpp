@@ -28,15 +28,13 @@ struct Table {
   /// full = lower + lower' - diag(lower): [n x n], both sides of the diagonal filled.
   void (*symmetrize)(int n, const double* lower, int ld_lower, double* full, int ld_full);
 
-  /// b = a': [cols x rows] from [rows x cols], both counts multiples of kPad.
-  void (*transpose)(int rows, int cols, const double* a, int ld_a, double* b, int ld_b);
+  /// dst = (src S)' for the columns first .. first + count - 1 of S: dst is [count x rows] with
+  /// zero rows up to padded(count). `rows` is a multiple of kPad.
+  void (*multiply_transposed)(int rows, SparseColumns s, int first, int count, const double* src,
+                              int ld_src, double* dst, int ld_dst);
 
-  /// dst = src S for the columns first .. first + count - 1 of S. `rows` is a multiple of kPad,
-  /// dst's column 0 belongs to S's column `first`.
-  void (*multiply)(int rows, SparseColumns s, int first, int count, const double* src, int ld_src,
-                   double* dst, int ld_dst);
-
-  /// As multiply, but column j of dst only from the row j / kPad * kPad on.
+  /// dst = src S for the columns first .. first + count - 1 of S, column j of dst only from row
+  /// j / kPad * kPad on: the lower triangle and what is below it.
   void (*multiply_lower)(int rows, SparseColumns s, int first, int count, const double* src,
                          int ld_src, double* dst, int ld_dst);
 

@@ -45,6 +45,32 @@ PALANQUIN_INLINE void transpose_registers(Vector (&v)[kWidth]) {
   if constexpr (kWidth > 4) transpose_bit<4>(v);
 }
 
+/// v[i], lane j = a(i, j) of a column-major square. The widest exchange is done by loads of half
+/// vectors, as shuffles have one port and loads have two.
+PALANQUIN_INLINE void load_transposed(const double* a, int ld, Vector (&v)[kWidth]) {
+#if defined(__AVX512F__)
+  typedef double Half __attribute__((vector_size(32)));
+  const auto half = [](const double* p) { return *reinterpret_cast<const Half*>(p); };
+#pragma GCC unroll 4
+  for (int i = 0; i < 4; ++i) {
+    const double* left = a + static_cast<long>(i) * ld;
+    const double* right = a + static_cast<long>(i + 4) * ld;
+    v[i] = __builtin_shufflevector(half(left), half(right), 0, 1, 2, 3, 4, 5, 6, 7);
+    v[i + 4] = __builtin_shufflevector(half(left + 4), half(right + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+  }
+  transpose_bit<1>(v);
+  transpose_bit<2>(v);
+#else
+#pragma GCC unroll 4
+  for (int j = 0; j < kWidth; ++j) v[j] = load(a + static_cast<long>(j) * ld);
+  transpose_registers(v);
+#endif
+}
+PALANQUIN_INLINE void store_square(double* a, int ld, const Vector (&v)[kWidth]) {
+#pragma GCC unroll 8
+  for (int j = 0; j < kWidth; ++j) store(a + static_cast<long>(j) * ld, v[j]);
+}
+
 /// A vector whose lane j is the sum of the lanes of v[j].
 PALANQUIN_INLINE Vector sum_lanes(Vector (&v)[kWidth]) {
   transpose_registers(v);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "kernels.hpp"
-#include "vector.hpp"
+#include "shuffle.hpp"
 
 // Dense times sparse: every column of the result is a combination of a few dense columns, summed in
 // registers. Rows go in chunks of at most kMaxChunk vectors.
@@ -45,6 +45,25 @@ static void multiply_chunk(SparseColumns s, int first, int count, const double* 
   }
 }
 
+/// Products of kWidth columns stay in the first-level cache until they are turned.
+template <int V>
+static void multiply_transposed_chunk(SparseColumns s, int first, int count, const double* src,
+                                      int ld_src, double* dst, int ld_dst) {
+  constexpr int kRows = V * kWidth;
+  alignas(64) double block[kWidth * kRows];
+  for (int j = 0; j < padded(count); j += kWidth) {
+    const int columns = count - j < kWidth ? count - j : kWidth;
+    multiply_chunk<V>(s, first + j, columns, src, ld_src, block, kRows);
+    for (int i = columns > 0 ? columns * kRows : 0; i < kWidth * kRows; i += kWidth)
+      store(block + i, Vector{});
+    for (int i = 0; i < kRows; i += kWidth) {
+      Vector square[kWidth];
+      load_transposed(block + i, kRows, square);
+      store_square(dst + j + static_cast<long>(i) * ld_dst, ld_dst, square);
+    }
+  }
+}
+
 template <int V>
 static void substitute_chunk(SparseColumns n, const int* order, int count, double* a, int ld) {
   for (int t = 0; t < count; ++t) {
@@ -77,20 +96,25 @@ static void multiply_add_chunk(int cols, const double* a, int ld, const double* 
   {nullptr,  chunk<1>, chunk<2>, chunk<3>,  chunk<4>,  chunk<5>, chunk<6>, \
    chunk<7>, chunk<8>, chunk<9>, chunk<10>, chunk<11>, chunk<12>}
 
-static void multiply(int rows, SparseColumns s, int first, int count, const double* src, int ld_src,
-                     double* dst, int ld_dst) {
-  static constexpr decltype(&multiply_chunk<1>) kChunk[] = PALANQUIN_CHUNK_TABLE(multiply_chunk);
+static void multiply_transposed(int rows, SparseColumns s, int first, int count, const double* src,
+                                int ld_src, double* dst, int ld_dst) {
+  static constexpr decltype(&multiply_chunk<1>) kChunk[] =
+      PALANQUIN_CHUNK_TABLE(multiply_transposed_chunk);
   for_row_chunks(rows, kMaxChunk, [&](int row, int vectors) {
-    kChunk[vectors](s, first, count, src + row, ld_src, dst + row, ld_dst);
+    kChunk[vectors](s, first, count, src + row, ld_src, dst + static_cast<long>(row) * ld_dst,
+                    ld_dst);
   });
 }
 
 static void multiply_lower(int rows, SparseColumns s, int first, int count, const double* src,
                            int ld_src, double* dst, int ld_dst) {
+  static constexpr decltype(&multiply_chunk<1>) kChunk[] = PALANQUIN_CHUNK_TABLE(multiply_chunk);
   for (int j = 0; j < count; j += kPad) {
-    const int width = count - j < kPad ? count - j : kPad;
-    multiply(rows - j, s, first + j, width, src + j, ld_src,
-             dst + j + static_cast<long>(j) * ld_dst, ld_dst);
+    const int columns = count - j < kPad ? count - j : kPad;
+    double* block = dst + j + static_cast<long>(j) * ld_dst;
+    for_row_chunks(rows - j, kMaxChunk, [&](int row, int vectors) {
+      kChunk[vectors](s, first + j, columns, src + j + row, ld_src, block + row, ld_dst);
+    });
   }
 }
 

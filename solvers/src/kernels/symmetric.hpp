@@ -3,38 +3,19 @@
 #include "kernels.hpp"
 #include "shuffle.hpp"
 
-// Transposition, and symmetric matrices of which the lower triangle is stored.
+// Symmetric matrices of which the lower triangle is stored.
 
 namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE {
-
-PALANQUIN_INLINE void load_square(const double* a, int ld, Vector (&v)[kWidth]) {
-#pragma GCC unroll 8
-  for (int j = 0; j < kWidth; ++j) v[j] = load(a + static_cast<long>(j) * ld);
-}
-PALANQUIN_INLINE void store_square(double* a, int ld, const Vector (&v)[kWidth]) {
-#pragma GCC unroll 8
-  for (int j = 0; j < kWidth; ++j) store(a + static_cast<long>(j) * ld, v[j]);
-}
-
-static void transpose(int rows, int cols, const double* a, int ld_a, double* b, int ld_b) {
-  for (int j = 0; j < cols; j += kWidth) {
-    for (int i = 0; i < rows; i += kWidth) {
-      Vector v[kWidth];
-      load_square(a + i + static_cast<long>(j) * ld_a, ld_a, v);
-      transpose_registers(v);
-      store_square(b + j + static_cast<long>(i) * ld_b, ld_b, v);
-    }
-  }
-}
 
 static void symmetrize(int n, const double* lower, int ld_lower, double* full, int ld_full) {
   for (int j = 0; j < n; j += kWidth) {
     for (int i = j; i < n; i += kWidth) {
+      const double* block = lower + i + static_cast<long>(j) * ld_lower;
+      double* mirrored = full + j + static_cast<long>(i) * ld_full;
       Vector below[kWidth], above[kWidth];
-      load_square(lower + i + static_cast<long>(j) * ld_lower, ld_lower, below);
 #pragma GCC unroll 8
-      for (int c = 0; c < kWidth; ++c) above[c] = below[c];
-      transpose_registers(above);
+      for (int c = 0; c < kWidth; ++c) below[c] = load(block + static_cast<long>(c) * ld_lower);
+      load_transposed(block, ld_lower, above);
       if (i == j) {
 #pragma GCC unroll 8
         for (int c = 0; c < kWidth; ++c)
@@ -42,7 +23,7 @@ static void symmetrize(int n, const double* lower, int ld_lower, double* full, i
       } else {
         store_square(full + i + static_cast<long>(j) * ld_full, ld_full, below);
       }
-      store_square(full + j + static_cast<long>(i) * ld_full, ld_full, above);
+      store_square(mirrored, ld_full, above);
     }
   }
 }

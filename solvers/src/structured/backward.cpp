@@ -16,8 +16,8 @@ void clear_columns(double* matrix, int ld, int first, int last) {
   std::fill(matrix + first * ld, matrix + last * ld, 0.0);
 }
 
-/// Steps (1) and (2): W = P L [F b] + [0 p], its columns in the order of the panel's rows. L from
-/// the left comes in propagate_value.
+/// Steps (1) and (2): W' = [F b]' L P + [0 p]', its rows in the order of the panel's. L' from the
+/// left comes in propagate_value.
 void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
   const kernels::Table& kernels = *work.kernels;
   const KnotPlan& plan = knot.plan;
@@ -30,34 +30,33 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
   double* product = work.product.data();
-  const int first_state = padded(plan.nu);
-  const int constant = first_state + plan.nx;
-  kernels.multiply(ld, dynamics, plan.nx, plan.nu, value, ld, product, ld);
-  kernels.multiply(ld, dynamics, 0, plan.nx, value, ld, product + first_state * ld, ld);
-  clear_columns(product, ld, plan.nu, first_state);
-  clear_columns(product, ld, constant, plan.panel_ld);
-  double* gradient = product + constant * ld;
-  for (int i = 0; i < nx_next; ++i) gradient[i] = next.value()[nx_next + i * next.plan.value_ld];
-  kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), gradient);
+  double* states = product + padded(plan.nu);
+  kernels.multiply_transposed(ld, dynamics, plan.nx, plan.nu, value, ld, product, plan.panel_ld);
+  kernels.multiply_transposed(ld, dynamics, 0, plan.nx, value, ld, states, plan.panel_ld);
+  double* slope = work.slope.data();  // P L b + p
+  for (int i = 0; i < nx_next; ++i) slope[i] = next.value()[nx_next + i * next.plan.value_ld];
+  kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
+  for (int i = 0; i < nx_next; ++i) {
+    double* column = states + i * plan.panel_ld;
+    for (int row = padded(plan.nx); row < plan.value_ld; ++row) column[row] = 0.0;
+    column[plan.nx] = slope[i];
+  }
 }
 
 /// Step (3), the part from the next knot: lower triangle of F'L'P L F, with the gradient's row
-/// F'L'(P L b + p). Transposed, W's rows are columns: L from the left works on columns too.
+/// F'L'(P L b + p). W' has W's rows as columns: L' from the left works on columns too.
 void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
   multiply_by_value(work, stage, knot, next);
   const kernels::Table& kernels = *work.kernels;
   const KnotPlan& plan = knot.plan;
-  const int ld_product = padded(next.plan.nx);
-  double* transposed = work.transposed.data();
-  kernels.transpose(ld_product, plan.panel_ld, work.product.data(), ld_product, transposed,
-                    plan.panel_ld);
+  double* product = work.product.data();
   kernels.substitute(plan.panel_ld, columns_of(stage.implicit), plan.substitution_order.data(),
-                     static_cast<int>(plan.substitution_order.size()), transposed, plan.panel_ld);
+                     static_cast<int>(plan.substitution_order.size()), product, plan.panel_ld);
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
-  kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, transposed, plan.panel_ld,
+  kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, product, plan.panel_ld,
                          knot.panel(), plan.panel_ld);
-  kernels.multiply_lower(plan.value_ld, dynamics, 0, plan.nx, transposed + padded(plan.nu),
+  kernels.multiply_lower(plan.value_ld, dynamics, 0, plan.nx, product + padded(plan.nu),
                          plan.panel_ld, knot.value(), plan.value_ld);
 }
 
@@ -73,28 +72,29 @@ void add_cost(const QpStage& stage, const Knot& knot, double regularization) {
     knot.storage[plan.column_offset[plan.slot[j]] + plan.slot[j]] += regularization;
 }
 
-/// Step (3): J'D J and J's. Most penalty rows are idle and cost two comparisons.
+/// Step (3): J'D J and J's. Most penalty rows are idle and cost a comparison.
 void add_rows(const Knot& knot, const RowPattern& rows, const double* values,
-              const double* curvature, const double* slope) {
+              const double* curvature, const double* slope, double* row_values) {
   const int* column = knot.plan.column_offset.data();
   const int gradient = knot.plan.gradient_slot;
   for (int i = 0; i < rows.rows(); ++i) {
-    const int end = rows.start[i + 1];
-    if (slope[i] != 0.0)
-      for (int e = rows.start[i]; e < end; ++e)
-        knot.storage[column[rows.slot[e]] + gradient] += slope[i] * values[rows.entry[e]];
-    if (curvature[i] == 0.0) continue;
-    for (int e = rows.start[i]; e < end; ++e) {
-      const double scaled = curvature[i] * values[rows.entry[e]];
-      double* target = knot.storage + column[rows.slot[e]];
-      for (int f = e; f < end; ++f) target[rows.slot[f]] += scaled * values[rows.entry[f]];
+    if (curvature[i] == 0.0 && slope[i] == 0.0) continue;
+    const int* slot = rows.slot.data() + rows.start[i];
+    const int* entry = rows.entry.data() + rows.start[i];
+    const int size = rows.start[i + 1] - rows.start[i];
+    for (int e = 0; e < size; ++e) row_values[e] = values[entry[e]];
+    for (int e = 0; e < size; ++e) {
+      double* target = knot.storage + column[slot[e]];
+      target[gradient] += slope[i] * row_values[e];
+      const double scaled = curvature[i] * row_values[e];
+      for (int f = e; f < size; ++f) target[slot[f]] += scaled * row_values[f];
     }
   }
 }
 
 /// Stiffness of the equality rows in proportion to the cost, and the slope that goes with it.
-void add_equality_rows(const StructuredQpSettings& settings, const QpStage& stage,
-                       const Knot& knot) {
+void add_equality_rows(const Workspace& work, const QpStage& stage, const Knot& knot,
+                       double* row_values) {
   const SparseBlock& jacobian = stage.equality_jacobian;
   const RowPattern& rows = knot.plan.equality;
   double largest = 0.0;
@@ -106,10 +106,11 @@ void add_equality_rows(const StructuredQpSettings& settings, const QpStage& stag
     for (int e = rows.start[i]; e < rows.start[i + 1]; ++e)
       squared_norm += jacobian.values[rows.entry[e]] * jacobian.values[rows.entry[e]];
     knot.equality_stiffness[i] =
-        settings.equality_weight * largest / (squared_norm > 0.0 ? squared_norm : 1.0);
+        work.settings.equality_weight * largest / (squared_norm > 0.0 ? squared_norm : 1.0);
     knot.equality_residual[i] = knot.equality_stiffness[i] * stage.equality_value[i];
   }
-  add_rows(knot, rows, jacobian.values.data(), knot.equality_stiffness, knot.equality_residual);
+  add_rows(knot, rows, jacobian.values.data(), knot.equality_stiffness, knot.equality_residual,
+           row_values);
 }
 
 /// Step (5): inputs are pivots, P_k and p_k remain in value().
@@ -136,8 +137,8 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
   }
   add_cost(stage, knot, work.settings.regularization);
   add_rows(knot, plan.penalty, stage.penalty_jacobian.values.data(), model.curvature[k].data(),
-           model.slope[k].data());
-  if (plan.equality.rows() > 0) add_equality_rows(work.settings, stage, knot);
+           model.slope[k].data(), work.slope.data());
+  if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, work.slope.data());
   return eliminate_locals(knot, work.settings.pivot_tolerance) && eliminate_inputs(work, knot);
 }
 

@@ -32,14 +32,17 @@ bool factorize(const LocalGroup& group, double tolerance, double* a) {
   return true;
 }
 
-/// G -= B A^{-1} B', lower triangle with the gradient's row.
+/// G -= B A^{-1} B', lower triangle with the gradient's row. Feet have three coordinates: the
+/// innermost loop of small groups is unrolled (`Locals` is their number, or 0 for any).
+template <int Locals>
 void subtract(const Knot& knot, const LocalGroup& group, const int* slots, const double* a) {
+  const int locals = Locals > 0 ? Locals : group.locals;
   const int size = group.size();
-  for (int j = group.locals; j < size - 1; ++j) {
+  for (int j = locals; j < size - 1; ++j) {
     double* target = knot.storage + knot.plan.column_offset[slots[j]];
     for (int i = j; i < size; ++i) {
       double sum = 0.0;
-      for (int c = 0; c < group.locals; ++c) sum += a[i + c * size] * a[j + c * size];
+      for (int c = 0; c < locals; ++c) sum += a[i + c * size] * a[j + c * size];
       target[slots[i]] -= sum;
     }
   }
@@ -53,7 +56,7 @@ bool eliminate_locals(const Knot& knot, double pivot_tolerance) {
     double* a = knot.local_factor + group.factor_offset;
     gather(knot, group, slots, a);
     if (!factorize(group, pivot_tolerance, a)) return false;
-    subtract(knot, group, slots, a);
+    (group.locals == 3 ? subtract<3> : subtract<0>)(knot, group, slots, a);
   }
   return true;
 }

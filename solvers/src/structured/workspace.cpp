@@ -65,7 +65,7 @@ void Workspace::hand_out_memory() {
   std::fill_n(vectors_.data(), knots.size() * share, 0.0);
   value.reserve(value_ld * value_ld);
   product.reserve(value_ld * panel_ld);
-  transposed.reserve(panel_ld * value_ld);
+  slope.reserve(slots);
   model.reserve(knots.size() * model_size);
 
   for (std::size_t k = 0; k < knots.size(); ++k) {

@@ -41,8 +41,8 @@ struct Workspace {
   bool has_equality_rows = false;
   double flops = 0.0;
 
-  // Intermediate matrices of the knot in work: P~, W = P~ F, W'.
-  AlignedBuffer value, product, transposed;
+  // Intermediates of the knot in work: P L, (P L F)' and P L b + p.
+  AlignedBuffer value, product, slope;
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
   std::vector<double> model;            ///< slopes and curvatures of these factors, knot by knot
