@@ -303,13 +303,17 @@ def sqp_functions(problem: Problem) -> list[ca.Function]:
 def exact_hessian_functions(problem: Problem) -> list[ca.Function]:
     """Hessians of cost + multipliers' rows in the tangent space, lower triangles.
 
-    exact_running(z, z+, p, lambda_d, lambda_g, lambda_h), lambda_d for rows in the tangent space
-    at d; exact_terminal(z, p, lambda_g, lambda_h).
+    exact_running(z, p, charted, lambda_d, lambda_g, lambda_h) and
+    exact_terminal(z, p, lambda_g, lambda_h), where lambda_d belongs to the dynamics made explicit,
+    x_{k+1} = d(z_k, p_k), with rows in the tangent space at d: so the curvature of semi-implicit
+    rows stays within one knot. `charted` has a flag per block; where it is set the block moves on its
+    chart, whose curvature is added to the columns of the coordinates. Link rows, which would couple
+    two knots, are left out.
     """
     k = knot_symbols(problem)
     states = [b for b in problem.blocks if b.is_state]
     multiplier_d = ca.SX.sym("lambda_d", sum(b.tangent_size for b in states))
-    d = next_state(problem)
+    d = explicit_next_state(problem)
     frozen = ca.SX.sym("d", d.shape)
     lagrangian, offset = ca.SX(0), 0
     for block, value, base in zip(states, _split(d, states), _split(frozen, states), strict=True):
@@ -323,17 +327,38 @@ def exact_hessian_functions(problem: Problem) -> list[ca.Function]:
         lagrangian += ca.dot(part, step)
         offset += block.tangent_size
     rows, multipliers = _row_lagrangian(problem, "running")
-    _, hessian = exact_tangent_hessian(
+    gradient, hessian = exact_tangent_hessian(
         problem, k, lagrangian + rows + total_cost(problem, "running")
     )
+    charted = ca.SX.sym("charted", len(problem.blocks))
+    hessian += _chart_curvature(problem, gradient, charted)
     hessian = ca.substitute(hessian, frozen, d)
     running = _function(
-        problem, "exact_running", [k.z, k.z_next, k.p, multiplier_d, *multipliers], [ca.tril(hessian)]
+        problem,
+        "exact_running",
+        [k.z, k.p, charted, multiplier_d, *multipliers],
+        [_pruned(ca.tril(hessian))],
     )
     rows, multipliers = _row_lagrangian(problem, "terminal")
     _, hessian = exact_tangent_hessian(problem, k, rows + total_cost(problem, "terminal"))
     terminal = _function(problem, "exact_terminal", [k.z, k.p, *multipliers], [ca.tril(hessian)])
     return [running, terminal]
+
+
+def _chart_curvature(problem: Problem, gradient: ca.SX, charted: ca.SX) -> ca.SX:
+    """sum_i gradient_i d2(embed_i)/dy2 [ndz, ndz], in the columns of the charts' coordinates y."""
+    curvature, offset = ca.SX(gradient.shape[0], gradient.shape[0]), 0
+    for index, b in enumerate(problem.blocks):
+        if b.chart is not None:
+            y = ca.SX.sym("y", b.chart.coordinates)
+            slope = ca.SX.sym("slope", b.size)
+            hessian = ca.hessian(ca.dot(slope, b.chart.embed(y)), y)[0]
+            at = (b.symbol[: b.chart.coordinates], gradient[offset : offset + b.size])
+            hessian = ca.substitute(hessian, ca.vertcat(y, slope), ca.vertcat(*at))
+            own = slice(offset, offset + b.chart.coordinates)
+            curvature[own, own] = charted[index] * hessian
+        offset += b.tangent_size
+    return curvature
 
 
 def nlp_functions(problem: Problem) -> list[ca.Function]:
