@@ -174,6 +174,9 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns,
                     const ColumnMap& next, KnotShape& shape) {
   std::vector<Term> terms;
   add_terms(problem.running_linear.result(4), columns, all_rows(problem.ndx()), 0, terms);
+  // A local meets no dynamics at this knot (a swing foot's lever arm has no force), whatever the
+  // lowered pattern allows at others.
+  std::erase_if(terms, [&](const Term& t) { return t.column >= columns.nx + columns.nu; });
   const int blocks = static_cast<int>(problem.blocks().size());
   for (int b = 0; b < blocks; ++b)
     if (next.first_column(b) >= problem.ndx() && next.first_column(b) < next.nx)

@@ -52,8 +52,22 @@ void bind_settings(nb::module_& m) {
       .def_rw("scaling_iterations", &OsqpSettings::scaling_iterations)
       .def_rw("polish", &OsqpSettings::polish)
       .def_rw("polish_refinements", &OsqpSettings::polish_refinements);
+  nb::enum_<KernelLevel>(m, "KernelLevel", "Processor level that the kernels are built for.")
+      .value("AUTOMATIC", KernelLevel::Automatic)
+      .value("X86_64", KernelLevel::X86_64)
+      .value("AVX2", KernelLevel::Avx2)
+      .value("AVX512", KernelLevel::Avx512);
+  nb::class_<StructuredQpSettings>(m, "StructuredQpSettings")
+      .def(nb::init<>())
+      .def_rw("kernels", &StructuredQpSettings::kernels)
+      .def_rw("regularization", &StructuredQpSettings::regularization)
+      .def_rw("pivot_tolerance", &StructuredQpSettings::pivot_tolerance)
+      .def_rw("equality_weight", &StructuredQpSettings::equality_weight)
+      .def_rw("equality_tolerance", &StructuredQpSettings::equality_tolerance)
+      .def_rw("max_refinements", &StructuredQpSettings::max_refinements);
   nb::class_<QpSettings>(m, "QpSettings")
       .def(nb::init<>())
+      .def_rw("structured", &QpSettings::structured)
       .def_rw("ldl", &QpSettings::ldl)
       .def_rw("osqp", &QpSettings::osqp);
   nb::class_<SqpSettings>(m, "SqpSettings", "Settings of the SQP method; see sqp.hpp.")

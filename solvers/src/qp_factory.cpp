@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "palanquin/solvers/qp_structured.hpp"
 #include "qp_ldl.hpp"
 #include "qp_osqp.hpp"
 
@@ -15,6 +16,10 @@ struct BackEnd {
 };
 
 constexpr BackEnd kBackEnds[] = {
+    {"structured",
+     [](const QpSettings& s) -> std::unique_ptr<QpSolver> {
+       return std::make_unique<StructuredQpSolver>(s.structured);
+     }},
     {"ldl", [](const QpSettings& s) { return make_ldl_qp_solver(s.ldl); }},
     {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
 };

@@ -30,7 +30,10 @@ std::string OsqpSettings::explain_invalid() const {
 }
 
 std::string QpSettings::explain_invalid() const {
-  return SettingRules().nested(ldl.explain_invalid()).nested(osqp.explain_invalid()).sentence();
+  return SettingRules()
+      .nested(structured.explain_invalid())
+      .nested(ldl.explain_invalid())
+      .nested(osqp.explain_invalid()).sentence();
 }
 
 }  // namespace palanquin

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "palanquin/solvers/structured_settings.hpp"
+
 namespace palanquin {
 
 /// Settings of the back end "ldl": one sparse LDL' of the regularised KKT matrix
@@ -37,6 +39,7 @@ struct OsqpSettings {
 
 /// Settings of every QP back end, each under its own name.
 struct QpSettings {
+  StructuredQpSettings structured;
   LdlSettings ldl;
   OsqpSettings osqp;
 
