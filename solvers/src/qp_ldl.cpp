@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "flat_qp.hpp"
 #include "sparse_ldlt.hpp"
@@ -15,7 +16,9 @@ constexpr double kUsableResidual = 1e-6;
 /// A change of multipliers dy proves infeasibility when |A'dy| is this much smaller than |dy|.
 constexpr double kCertificate = 1e-6;
 
-double max_abs(const Eigen::VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; }
+double max_abs(const Eigen::Ref<const Eigen::VectorXd>& v) {
+  return v.size() ? v.cwiseAbs().maxCoeff() : 0.0;
+}
 
 /// min 1/2 z'Pz + q'z s.t. A z = r through its KKT system
 ///   [P  A'] [z]   [-q]
