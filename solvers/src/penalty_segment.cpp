@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palanquin {
 namespace {
@@ -21,6 +22,20 @@ void for_each_knot(const StageQp& qp, Visit&& visit) {
   }
 }
 
+/// Below this a penalty is zero, for good.
+double activation(const Policy& policy) {
+  switch (policy.kind) {
+    case PolicyKind::C2Penalty:
+      return -policy.smoothing;
+    case PolicyKind::SquaredHinge:
+      return 0.0;
+    case PolicyKind::Hard:
+    case PolicyKind::RelaxedBarrier:
+      break;
+  }
+  return -std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
@@ -34,9 +49,24 @@ void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>
   for (Eigen::VectorXd* v : {&row_, &row_change_}) v->resize(rows);
   for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
     gradient_.segment(i, stage.nw()) = stage.gradient;
-    stage.hessian.multiply_symmetric_add(w[k].data(), gradient_.data() + i);
     row_.segment(j, stage.penalty_value.size()) = stage.penalty_value;
+    if (w[k].isZero(0.0)) return;  // where an SQP starts
+    stage.hessian.multiply_symmetric_add(w[k].data(), gradient_.data() + i);
     stage.penalty_jacobian.multiply_add(w[k].data(), row_.data() + j);
+  });
+  row_change_.setZero();
+  list_active_rows();
+}
+
+void PenaltySegment::list_active_rows() {
+  active_.clear();
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
+    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
+      const Policy& policy = stage.penalty_policy[j];
+      const double start = row_[first + j];
+      const double highest = std::max(start, start + row_change_[first + j]);
+      if (!(highest <= activation(policy))) active_.push_back({first + j, k, j, &policy});
+    }
   });
 }
 
@@ -51,6 +81,7 @@ void PenaltySegment::aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& 
   });
   slope_ = gradient_.dot(direction_);
   curvature_ = gradient_change_.dot(direction_);
+  list_active_rows();
 }
 
 void PenaltySegment::advance(double alpha) {
@@ -60,15 +91,12 @@ void PenaltySegment::advance(double alpha) {
 
 PenaltySegment::Derivatives PenaltySegment::at(double alpha) const {
   Derivatives phi{slope_ + alpha * curvature_, curvature_};
-  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t, Eigen::Index, Eigen::Index first) {
-    for (const Policy& policy : stage.penalty_policy) {
-      const double change = row_change_[first];
-      const PenaltyValue s = evaluate_penalty(policy, row_[first] + alpha * change);
-      phi.slope += s.slope * change;
-      phi.curvature += s.curvature * change * change;
-      ++first;
-    }
-  });
+  for (const ActiveRow& active : active_) {
+    const double change = row_change_[active.row];
+    const PenaltyValue s = evaluate_penalty(*active.policy, row_[active.row] + alpha * change);
+    phi.slope += s.slope * change;
+    phi.curvature += s.curvature * change * change;
+  }
   return phi;
 }
 
@@ -91,27 +119,36 @@ double PenaltySegment::minimize(const Derivatives& start) const {
 
 double PenaltySegment::slope_error(const PenaltyModel& model) const {
   double error = 0.0, largest = 0.0;
+  bool is_nan = false;
+  auto active = active_.begin();  // in the order of the rows
   for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
     for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
       const double h = row_[first + j] + row_change_[first + j];
-      const double exact = evaluate_penalty(stage.penalty_policy[j], h).slope;
       const double modelled =
           model.slope[k][j] + model.curvature[k][j] * (h - stage.penalty_value[j]);
-      error = std::max(error, std::abs(modelled - exact));
+      double exact = 0.0;
+      if (active != active_.end() && active->row == first + j)
+        exact = evaluate_penalty(*active++->policy, h).slope;
+      const double difference = std::abs(modelled - exact);
+      is_nan = is_nan || std::isnan(difference);  // which std::max would lose
+      error = std::max(error, difference);
       largest = std::max({largest, std::abs(modelled), std::abs(exact)});
     }
   });
+  if (is_nan) return std::numeric_limits<double>::quiet_NaN();
   return largest > 0.0 ? error / largest : 0.0;
 }
 
 void PenaltySegment::expand(PenaltyModel& model) const {
-  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
-    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
-      const PenaltyValue s = evaluate_penalty(stage.penalty_policy[j], row_[first + j]);
-      model.curvature[k][j] = s.curvature;
-      model.slope[k][j] = s.slope - s.curvature * (row_[first + j] - stage.penalty_value[j]);
-    }
-  });
+  for (std::size_t k = 0; k < model.slope.size(); ++k) {
+    model.slope[k].setZero();
+    model.curvature[k].setZero();
+  }
+  for (const auto& [row, k, j, policy] : active_) {
+    const PenaltyValue s = evaluate_penalty(*policy, row_[row]);
+    model.curvature[k][j] = s.curvature;
+    model.slope[k][j] = s.slope - s.curvature * (row_[row] - qp_->stages[k].penalty_value[j]);
+  }
 }
 
 }  // namespace palanquin

@@ -10,7 +10,8 @@ namespace palanquin {
 /// The cost of a StageQp along a segment w + alpha d,
 ///   phi(alpha) = quadratic(alpha) + sum_j S_j(h_j + alpha s_j),   s = penalty_jacobian d,
 /// which is convex. Rows and gradients move along with the point, so that a step costs one product
-/// with the Hessian and one with the penalised rows.
+/// with the Hessian and one with the penalised rows; of the penalties only those are evaluated that
+/// do not vanish all along the segment.
 class PenaltySegment {
  public:
   struct Derivatives {
@@ -32,13 +33,24 @@ class PenaltySegment {
   double minimize(const Derivatives& start) const;
 
   /// How far the slopes of `model`, relative to the largest, are from the true ones at w + d. At
-  /// zero, w + d is the minimiser of the true cost if it is that of the model.
+  /// zero, w + d is the minimiser of the true cost if it is that of the model. NaN if a row is.
   double slope_error(const PenaltyModel& model) const;
   /// The second-order expansion of every penalty about the point.
   void expand(PenaltyModel& model) const;
 
  private:
+  /// A penalised row that is not zero along the whole segment.
+  struct ActiveRow {
+    Eigen::Index row = 0;  ///< over all knots
+    std::size_t knot = 0;
+    Eigen::Index index = 0;  ///< within its knot
+    const Policy* policy = nullptr;
+  };
+
+  void list_active_rows();
+
   const StageQp* qp_ = nullptr;
+  std::vector<ActiveRow> active_;
   // Over all knots, one after the other.
   Eigen::VectorXd direction_;             ///< d
   Eigen::VectorXd gradient_;              ///< of the quadratic cost at the point

@@ -76,16 +76,18 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     ++result.iterations;
     result.update_ms += solver.update_ms();
     result.solve_ms += solver.solve_ms();
-    if (!is_usable(status)) {
+    segment_->aim(qp, solution.w, candidate_.w);
+    const double slope_error = segment_->slope_error(model_);
+    if (!is_usable(status) || std::isnan(slope_error)) {
       // Later on the point at hand remains good, just not the best.
-      result.status = result.iterations == 1 ? status : QpStatus::Inaccurate;
+      const QpStatus failure = is_usable(status) ? QpStatus::NonFinite : status;
+      result.status = result.iterations == 1 ? failure : QpStatus::Inaccurate;
       return result;
     }
     if (result.status != QpStatus::Inaccurate) result.status = status;
 
-    // (2) Its slopes are the true ones: nothing remains to be done.
-    segment_->aim(qp, solution.w, candidate_.w);
-    result.converged = segment_->slope_error(model_) <= settings_.tolerance;
+    // (2) If the model's slopes are the true ones there, nothing remains to be done.
+    result.converged = slope_error <= settings_.tolerance;
 
     // (3) The lowest point of the true cost on the way there.
     double alpha = 1.0;
