@@ -5,7 +5,6 @@ Feet are ordered LF, RF, LH, RH.
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,11 +148,17 @@ class GaitClock:
     def contacts(self, times: np.ndarray) -> np.ndarray:
         """Contact flags [n, 4] (bool) at `times` [n], s."""
         times = np.asarray(times, dtype=float)
+        segments = self._segments(times)
         flags = np.empty((len(times), 4), dtype=bool)
-        for i, time in enumerate(times):
-            flags[i] = self.gait(time).stands(self.phase(time))
+        for i in set(segments.tolist()):
+            at, gait = segments == i, self._gaits[i]
+            flags[at] = gait.stands(self._phases[i] + (times[at] - self._starts[i]) / gait.period)
         return flags
 
     def _segment(self, time: float) -> int:
+        return int(self._segments(np.array([time]))[0])
+
+    def _segments(self, times: np.ndarray) -> np.ndarray:
+        """Which gait, by index, each time [n] belongs to."""
         late = _LATE * self._gaits[-1].period
-        return max(bisect_right(self._starts, time + late) - 1, 0)
+        return np.maximum(np.searchsorted(self._starts, times + late, side="right") - 1, 0)

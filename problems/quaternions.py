@@ -8,13 +8,21 @@ from __future__ import annotations
 
 import numpy as np
 
+_YZX, _ZXY = [1, 2, 0], [2, 0, 1]
+
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Hamilton product a * b."""
     a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
     aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
     scalar = aw * bw - (av * bv).sum(-1, keepdims=True)
-    return np.concatenate([scalar, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
+    return np.concatenate([scalar, aw * bv + bw * av + cross(av, bv)], axis=-1)
+
+
+def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Vector product of arrays [..., 3]; on small ones several times faster than NumPy's own."""
+    left = a[..., _YZX] * b[..., _ZXY]
+    return left - a[..., _ZXY] * b[..., _YZX]
 
 
 def conjugate(q: np.ndarray) -> np.ndarray:
@@ -25,8 +33,8 @@ def conjugate(q: np.ndarray) -> np.ndarray:
 def rotate(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Body-frame vectors `v` expressed in the world frame."""
     q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
-    twice = 2 * np.cross(q[..., 1:], v)
-    return v + q[..., :1] * twice + np.cross(q[..., 1:], twice)
+    twice = 2 * cross(q[..., 1:], v)
+    return v + q[..., :1] * twice + cross(q[..., 1:], twice)
 
 
 def rotate_inverse(q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -80,6 +80,25 @@ class PlaneWithRamp(Terrain):
         height, rate, xg = ca.vertsplit(parameters["ramp"])
         return z0 + ax * x + ay * y + height / 2 * (1 + ca.tanh(rate / 2 * (x - xg)))
 
+    # References ask for the ground at every knot and foothold, many times a second: the closed form
+    # is a hundred times faster than a call of the expression's function.
+
+    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """z_g, m, of the common shape of x and y."""
+        z0, ax, ay = self.plane
+        height, rate, xg = self.ramp
+        return np.asarray(z0 + ax * x + ay * y + height / 2 * (1 + np.tanh(rate / 2 * (x - xg))))
+
+    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """(dz/dx, dz/dy), shape [..., 2]."""
+        _, ax, ay = self.plane
+        height, rate, xg = self.ramp
+        x, y = np.broadcast_arrays(x, y)
+        slope = np.empty((*x.shape, 2))
+        slope[..., 0] = ax + height * rate / 4 * (1 - np.tanh(rate / 2 * (x - xg)) ** 2)
+        slope[..., 1] = ay
+        return slope
+
 
 def Flat(z0: float = 0.0) -> PlaneWithRamp:  # noqa: N802  (reads as the terrain's name)
     """Level ground at height `z0`, m."""

@@ -6,6 +6,7 @@ States of a body are [13]: position (world, m), orientation (w, x, y, z, body to
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,22 +98,41 @@ def payload_reference(
 ) -> np.ndarray:
     """Payload states [N+1, 13]: a planar command followed along the ground.
 
-    The heading frame is tilted onto the tangent plane below the payload; (x, y) is integrated by
-    explicit Euler steps of the tilted velocity, z is `height` over the ground.
+    The heading frame is tilted onto the tangent plane below the payload, and z is `height` over
+    the ground.
     """
-    x, y, yaw = checks.array("start", start, 3)
+    path = payload_path(terrain, start, command, horizon, dt)
+    x, y, yaw = path.T
+    tilt = quaternions.tilt_to(terrain.normal(x, y))
     states = np.zeros((horizon + 1, STATE))
+    states[:, 0], states[:, 1], states[:, 2] = x, y, terrain.height(x, y) + height
+    states[:, ORIENTATION] = quaternions.multiply(tilt, quaternions.from_yaw(yaw))
     planar = np.array([command.vx, command.vy, 0.0])
-    for state in states:
-        normal = terrain.normal(x, y)
-        heading = quaternions.from_yaw(yaw)
-        tilt = quaternions.tilt_to(normal)
-        state[POSITION] = x, y, terrain.height(x, y) + height
-        state[ORIENTATION] = quaternions.multiply(tilt, heading)
-        state[VELOCITY] = quaternions.rotate(state[ORIENTATION], planar)
-        state[ANGULAR_VELOCITY] = 0.0, 0.0, command.wz
-        x, y, yaw = x + dt * state[7], y + dt * state[8], yaw + dt * command.wz
+    states[:, VELOCITY] = quaternions.rotate(states[:, ORIENTATION], planar)
+    states[:, 12] = command.wz
     return states
+
+
+def payload_path(
+    terrain: Terrain, start: np.ndarray, command: Velocity, horizon: int, dt: float
+) -> np.ndarray:
+    """(x, y, yaw) of the payload at the knots, m and rad, [N+1, 3].
+
+    Explicit Euler steps of the velocity tilted onto the ground. The smallest rotation that takes
+    the z axis to the normal (-s, 1) / l of a ground of slope s takes a horizontal vector c to one
+    whose horizontal part is c - (s . c) s / (l (1 + l)).
+    """
+    path = np.empty((horizon + 1, 3))
+    x, y, yaw = checks.array("start", start, 3).tolist()
+    for knot in path:
+        knot[:] = x, y, yaw
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        cx, cy = cos * command.vx - sin * command.vy, sin * command.vx + cos * command.vy
+        sx, sy = terrain.gradient(x, y)
+        length = math.sqrt(1 + sx * sx + sy * sy)
+        along = (sx * cx + sy * cy) / (length * (1 + length))
+        x, y, yaw = x + dt * (cx - along * sx), y + dt * (cy - along * sy), yaw + dt * command.wz
+    return path
 
 
 def robot_references(team: Team, payload: np.ndarray) -> np.ndarray:
@@ -128,7 +148,7 @@ def robot_references(team: Team, payload: np.ndarray) -> np.ndarray:
     from_payload = grasp - quaternions.rotate(orientation, team.hands())
     spin = quaternions.rotate(payload[..., ORIENTATION], payload[..., ANGULAR_VELOCITY])
     position = payload[..., POSITION] + from_payload  # (14a)
-    velocity = payload[..., VELOCITY] + np.cross(spin, from_payload)  # (14b), mended
+    velocity = payload[..., VELOCITY] + quaternions.cross(spin, from_payload)  # (14b), mended
     angular_velocity = quaternions.rotate_inverse(orientation, spin)  # (14c)
     return np.concatenate([position, orientation, velocity, angular_velocity], axis=-1)
 
