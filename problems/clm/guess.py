@@ -35,9 +35,7 @@ def fill_guess(
     contacts: np.ndarray,
     feet: np.ndarray,
 ) -> None:
-    """Writes a trajectory to start from: the references, with forces that carry the weight.
-
-    Each robot carries itself and an equal share of the payload, evenly on its standing feet.
+    """Writes a trajectory to start from: the references, with `carrying_forces`.
 
     Args:
         trajectory: maps a block's name to a writable array [N+1, size].
@@ -49,16 +47,30 @@ def fill_guess(
     for b, body in enumerate(team.bodies):
         for part, columns in PARTS.items():
             trajectory[f"{body}.{part}"][:] = references.bodies[:, b, columns]
-    share = np.array(GRAVITY) * team.payload.mass / len(team.carriers)
-    for i, carrier in enumerate(team.carriers):
-        weight = share + np.array(GRAVITY) * carrier.model.mass
-        standing = np.asarray(contacts[:, i], dtype=float)
-        per_foot = standing / np.maximum(standing.sum(axis=1, keepdims=True), 1)
+    forces = carrying_forces(team, contacts)
+    for i, robot in enumerate(team.robots):
         for f, limb in enumerate(FEET):
-            trajectory[f"{carrier.name}.{limb}.foot"][:] = feet[:, i, f]
-            trajectory[f"{carrier.name}.{limb}.force"][:] = -per_foot[:, f, None] * weight
-        trajectory[f"{carrier.name}.hand.force"][:] = share
-        trajectory[f"{carrier.name}.hand.torque"][:] = 0.0
+            trajectory[f"{robot}.{limb}.foot"][:] = feet[:, i, f]
+            trajectory[f"{robot}.{limb}.force"][:] = forces[:, i, f]
+        trajectory[f"{robot}.hand.force"][:] = _share(team)
+        trajectory[f"{robot}.hand.torque"][:] = 0.0
+
+
+def carrying_forces(team: Team, contacts: np.ndarray) -> np.ndarray:
+    """Ground reaction forces [N+1, R, 4, 3], N, that carry the weight, given flags [N+1, R, 4].
+
+    Each robot carries itself and an equal share of the payload, evenly on its standing feet.
+    """
+    masses = np.array([carrier.model.mass for carrier in team.carriers])
+    weights = _share(team) + masses[:, None] * GRAVITY
+    standing = np.asarray(contacts, dtype=float)
+    per_foot = standing / np.maximum(standing.sum(axis=-1, keepdims=True), 1)
+    return -per_foot[..., None] * weights[:, None]
+
+
+def _share(team: Team) -> np.ndarray:
+    """The weight of the payload that each robot carries, N, [3]."""
+    return team.payload.mass / len(team.carriers) * np.array(GRAVITY)
 
 
 def footholds(

@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from palanquin.errors import ProblemError
-from palanquin.plan import Plan, Sqp
+from palanquin.lowered import NamedArray
+from palanquin.plan import Plan, Sqp, Status
 from palanquin.problem import Problem
 from palanquin.problems import checks
-from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
+from palanquin.problems.clm.columns import Columns
+from palanquin.problems.clm.guess import carrying_forces, fill_guess, footholds
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
-from palanquin.problems.clm.references import References, Velocity, make_references, nominal_state
+from palanquin.problems.clm.references import (
+    References,
+    Velocity,
+    make_references,
+    nominal_state,
+    payload_path,
+)
 from palanquin.problems.clm.team import Team
 from palanquin.problems.gaits import GaitClock
-from palanquin.problems.robots import FEET
 from palanquin.problems.terrains import Flat, Terrain
 
 
@@ -39,49 +46,36 @@ class TeamPlan:
         plan: the solver's outcome.
         references: the reference motion over the horizon.
         contacts: flags [N+1, R, 4] at the knots.
-        solve_ms: wall time from measurement to plan, references and warm start included.
+        solve_ms: wall time from measurement to plan, references and warm start included; the
+            solver's own is in `plan.timings_ms`.
+        columns: where the team stands in the plan's knot vectors.
     """
 
     plan: Plan
     references: References
     contacts: np.ndarray
     solve_ms: float
+    columns: Columns = field(repr=False)
 
     @property
     def bodies(self) -> np.ndarray:
         """Planned states [N+1, R+1, 13]."""
-        return self._stack(("position", "orientation", "velocity", "angular_velocity"))
+        return self.plan.xs[:, self.columns.bodies]
 
     @property
     def feet(self) -> np.ndarray:
         """Planned feet in the world [N, R, 4, 3], m."""
-        return self._limbs("foot")
+        return self.plan.xs[:-1, self.columns.feet]
 
     @property
     def forces(self) -> np.ndarray:
         """Planned ground reaction forces in the world [N, R, 4, 3], N."""
-        return self._limbs("force")
+        return self.plan.xs[:-1, self.columns.forces]
 
     @property
     def hand_wrenches(self) -> np.ndarray:
-        """Planned force and torque of the payload on each robot's hand, world, [N, R, 6], N, N m."""
-        z = self.plan.trajectory
-        parts = [np.hstack([z[f"{r}.hand.force"], z[f"{r}.hand.torque"]]) for r in self._robots]
-        return np.stack(parts, axis=1)[:-1]
-
-    @property
-    def _robots(self) -> list[str]:
-        return [name.removesuffix(".hand.force") for name in self.plan.trajectory if "hand.force" in name]
-
-    def _stack(self, parts: tuple[str, ...]) -> np.ndarray:
-        z = self.plan.trajectory
-        bodies = ["payload", *self._robots]
-        return np.stack([np.hstack([z[f"{b}.{p}"] for p in parts]) for b in bodies], axis=1)
-
-    def _limbs(self, part: str) -> np.ndarray:
-        z = self.plan.trajectory
-        rows = [np.stack([z[f"{r}.{limb}.{part}"] for limb in FEET], axis=1) for r in self._robots]
-        return np.stack(rows, axis=1)[:-1]
+        """Planned force and torque of the payload on each hand, world, [N, R, 6], N and N m."""
+        return self.plan.xs[:-1, self.columns.wrenches]
 
 
 class Planner:
@@ -105,6 +99,7 @@ class Planner:
         self.team = Team.of(problem)
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
+        self.columns = Columns.of(self.lowered, self.team)
         self.horizon = self.lowered.horizon
         self.params = self.lowered.parameters()
         set_terrain(self.params, self.terrain)
@@ -112,6 +107,7 @@ class Planner:
         self.sqp = Sqp(self.lowered, **{"max_iterations": 1, **options})
         self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
         self.reference = np.zeros(3)  # payload's x, y, yaw
+        self._start = 0.0  # when the first plan was made
         self._time: float | None = None
         self._command = Velocity()
         self._last: TeamPlan | None = None
@@ -142,48 +138,84 @@ class Planner:
         references = make_references(
             self.team, self.terrain, self.reference, command, self.horizon, self.dt
         )
-        contacts = self.contacts(time + self.dt * np.arange(self.horizon + 1))
-        before = self._contacts_before(time)
+        contacts, before = self._contacts(time)
         set_references(self.params, self.team, references)
         set_contacts(self.params, self.team, contacts, before)
         measured = self.lowered.knot()
-        fill_measured(measured, self.team, state.bodies, state.feet)
-        guess = self._warm_start(elapsed, references, contacts, before, state.feet)
+        measured.values[self.columns.bodies] = state.bodies
+        measured.values[self.columns.feet] = state.feet
+        if self._last is not None and self._last.plan.is_usable:
+            guess = self._shifted(self._last, elapsed, contacts)
+        else:
+            guess = self._cold(references, contacts, before, state.feet)
         plan = self.sqp.solve(self.params, measured, guess)
         solve_ms = 1e3 * (clock.perf_counter() - start)
-        self._last = TeamPlan(plan, references, contacts, solve_ms)
+        self._last = TeamPlan(plan, references, contacts, solve_ms, self.columns)
         return self._last
+
+    def settle(
+        self, time: float, state: TeamState, command: Velocity, at_most: int = 30
+    ) -> TeamPlan:
+        """Solves one instant again and again, `at_most` so often, until the plan has converged.
+
+        A team that still stands has the time for it; afterwards `solve` starts from a good plan.
+        Raises as `solve`.
+        """
+        for _ in range(at_most):
+            plan = self.solve(time, state, command)
+            if plan.plan.status == Status.CONVERGED:
+                break
+        return plan
 
     def _advance_reference(self, time: float, command: Velocity) -> float:
         """Moves the payload's reference on by the time since the last call; returns that time."""
         time = checks.finite("time", time)
-        elapsed = 0.0 if self._time is None else time - self._time
+        if self._time is None:
+            self._start = self._time = time
+        elapsed = time - self._time
         if elapsed < 0:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
         if elapsed > 0:
-            moved = make_references(
-                self.team, self.terrain, self.reference, self._command, 1, elapsed
-            ).bodies[1, 0, :2]
-            self.reference = np.append(moved, self.reference[2] + elapsed * self._command.wz)
+            self.reference = payload_path(self.terrain, self.reference, self._command, 1, elapsed)[
+                1
+            ]
         self._time, self._command = time, command
         return elapsed
 
-    def _contacts_before(self, time: float) -> np.ndarray:
-        """Which feet stood just before `time`: a foot that did stays where it was measured."""
-        return self.contacts(np.array([time - 1e-3 * self.dt]))[0]
+    def _contacts(self, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Flags at the knots [N+1, R, 4], and just before `time` [R, 4].
 
-    def _warm_start(
+        A foot that stood before and stands now stays where it was measured; so does, at the start,
+        every foot that stands.
+        """
+        just_before = max(time - 1e-3 * self.dt, self._start)
+        knots = time + self.dt * np.arange(self.horizon + 1)
+        flags = self.contacts(np.append(just_before, knots))
+        return flags[1:], flags[0]
+
+    def _shifted(self, last: TeamPlan, elapsed: float, contacts: np.ndarray) -> NamedArray:
+        """The last plan as seen `elapsed` seconds later.
+
+        Where a foot stands that the last plan had in the air, it starts with its share of the
+        weight: at zero force all its friction rows are at their kinks, from which the subproblem
+        frees itself in steps of the penalties' smoothing width.
+        """
+        guess = self.lowered.shift(last.plan.trajectory, self.params, elapsed)
+        forces = guess.values[:, self.columns.forces]
+        idle = contacts & ~forces.any(axis=-1)
+        shares = carrying_forces(self.team, contacts)
+        guess.values[:, self.columns.forces] = np.where(idle[..., None], shares, forces)
+        return guess
+
+    def _cold(
         self,
-        elapsed: float,
         references: References,
         contacts: np.ndarray,
         before: np.ndarray,
         feet: np.ndarray,
-    ) -> Any:
-        """The last plan shifted by the time that has passed; at first, the references."""
-        if self._last is None or not self._last.plan.is_usable:
-            guess = self.lowered.trajectory()
-            wanted = footholds(references.feet(), contacts, before, feet)
-            fill_guess(guess, self.team, references, contacts, wanted)
-            return guess
-        return self.lowered.shift(self._last.plan.trajectory, self.params, elapsed)
+    ) -> NamedArray:
+        """A guess without a last plan: the references."""
+        guess = self.lowered.trajectory()
+        wanted = footholds(references.feet(), contacts, before, feet)
+        fill_guess(guess, self.team, references, contacts, wanted)
+        return guess
