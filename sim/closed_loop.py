@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 import numpy as np
 
-from palanquin.problems.clm.guess import fill_measured
 from palanquin.problems.clm.planner import Planner, TeamPlan, TeamState
-from palanquin.problems.clm.references import PARTS, Velocity
+from palanquin.problems.clm.references import Velocity
+from palanquin.sim.errors import InputError
 from palanquin.sim.rollout import Rollout, RolloutBuilder
 from palanquin.sim.team import Team
 
-PHASES = ("linearize", "update", "solve", "globalize")
+SOLVER_PHASES = ("linearize", "update", "solve", "globalize")
+PHASES = ("prepare", *SOLVER_PHASES)
+"""Where the time of a plan goes: references, parameters and warm start, then the solver's work."""
 
 
-class Command(Protocol):
-    """The commanded velocity as a function of time (s)."""
-
-    def __call__(self, time: float) -> Velocity: ...
+Command = Callable[[float], Velocity]
+"""The commanded velocity as a function of time (s)."""
 
 
 def run(
@@ -28,22 +27,29 @@ def run(
     command: Command,
     duration: float,
     period: float,
+    start: TeamState | None = None,
     progress: Callable[[int], None] = lambda ticks: None,
 ) -> Rollout:
     """Plans every `period` (s) for `duration` (s); the nominal model moves by the plan's inputs.
 
-    A foot that lands stays where the plan put it until it lifts off. When a plan is not usable the
-    loop goes on with it, and its status stands in the rollout.
+    The first plan converges before the clock starts: the team still stands and has the time. From
+    then on each tick gets one call of `Planner.solve`. A foot that lands stays where the plan put
+    it until it lifts off. A plan that is not usable is the last one, shifted by the time that has
+    passed: the loop goes on with it, and its status stands in the rollout.
 
     Args:
-        planner: plans from a measured state.
+        planner: plans from a measured state; not used before.
         scene_team: the same team as the scene describes it.
         command: velocity of the payload over time.
         duration: s.
         period: s between two plans; any value, the planner's knots need not match it.
+        start: state at time 0; standing nominally unless told.
         progress: called after every tick with the number of ticks done.
+
+    Raises:
+        InputError: duration or period is not positive, or there is no period in the duration.
     """
-    ticks = round(duration / period)
+    ticks = number_of_ticks(duration, period)
     builder = RolloutBuilder(
         scene_team,
         planner.dt * np.arange(planner.horizon + 1),
@@ -51,15 +57,30 @@ def run(
         phases=PHASES,
         violation=tuple(planner.lowered.policies),
     )
-    state = planner.nominal_state()
+    state = start or planner.nominal_state()
+    planner.settle(0.0, state, command(0.0))
     for tick in range(ticks):
         time = tick * period
         plan = planner.solve(time, state, command(time))
         state = TeamState(state.bodies, landed_feet(plan, state.feet))
         _log(builder, time, state, plan)
-        state = TeamState(nominal_step(planner, plan, state, period), state.feet)
+        state = TeamState(
+            nominal_step(planner, plan, state, period),
+            feet_after(planner, plan, state.feet, time + period),
+        )
         progress(tick + 1)
     return builder.build()
+
+
+def number_of_ticks(duration: float, period: float) -> int:
+    """How many periods fit into a duration (s); raises InputError when that makes no sense."""
+    for name, value in (("duration", duration), ("period", period)):
+        if not (np.isfinite(value) and value > 0):
+            raise InputError(f"{name}: {value} s must be positive and finite")
+    ticks = round(duration / period)
+    if ticks < 1:
+        raise InputError(f"duration: {duration} s is shorter than half a period of {period} s")
+    return ticks
 
 
 def landed_feet(plan: TeamPlan, feet: np.ndarray) -> np.ndarray:
@@ -68,16 +89,25 @@ def landed_feet(plan: TeamPlan, feet: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(planned), planned, feet)
 
 
+def feet_after(planner: Planner, plan: TeamPlan, feet: np.ndarray, time: float) -> np.ndarray:
+    """Feet [R, 4, 3] at the next tick, `time`: what landed on the way stands on its foothold.
+
+    A foot that lands at the tick itself is still free, and gets its foothold from the next plan.
+    """
+    standing = planner.contacts(np.array([time - 1e-3 * planner.dt]))[0]
+    landed = standing & ~plan.contacts[0]
+    first = np.minimum(1 + plan.contacts[1:].argmax(axis=0), planner.horizon - 1)
+    footholds = np.take_along_axis(plan.feet, first[None, ..., None], axis=0)[0]
+    return np.where(landed[..., None], footholds, feet)
+
+
 def nominal_step(planner: Planner, plan: TeamPlan, state: TeamState, period: float) -> np.ndarray:
     """Bodies [R+1, 13] after `period` under the plan's first inputs (eq. 4)."""
-    knot = planner.lowered.wrap(plan.plan.trajectory.values[0].copy())
-    fill_measured(knot, planner.team, state.bodies, state.feet)
-    parameters = planner.params.copy()
+    columns = planner.columns
+    knot, parameters = plan.plan.xs[0].copy(), planner.params.copy()
+    knot[columns.bodies], knot[columns.feet] = state.bodies, state.feet
     parameters["dt"] = period
-    moved = planner.lowered.wrap(planner.lowered.step(knot.values, parameters.values[0]))
-    return np.stack(
-        [np.hstack([moved[f"{body}.{part}"] for part in PARTS]) for body in planner.team.bodies]
-    )
+    return planner.lowered.step(knot, parameters.values[0])[columns.bodies]
 
 
 def _log(builder: RolloutBuilder, time: float, state: TeamState, plan: TeamPlan) -> None:
@@ -99,6 +129,9 @@ def _log(builder: RolloutBuilder, time: float, state: TeamState, plan: TeamPlan)
         cost=solved.cost,
         equality_violation=solved.equality_violation,
         status=solved.status.name.lower(),
-        phases={name: solved.timings_ms[name] for name in PHASES},
+        phases={
+            "prepare": plan.solve_ms - solved.timings_ms["total"],
+            **{name: solved.timings_ms[name] for name in SOLVER_PHASES},
+        },
         violation=dict(solved.violation),
     )
