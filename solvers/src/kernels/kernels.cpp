@@ -2,9 +2,11 @@
 // from elsewhere, see there.
 #include "kernels.hpp"
 
+#include "local_group.hpp"
 #include "partial_cholesky.hpp"
 #include "sparse_product.hpp"
 #include "symmetric.hpp"
+#include "weighted_rows.hpp"
 
 namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE {
 
@@ -14,6 +16,10 @@ const Table kTable = {
     .multiply_transposed = multiply_transposed,
     .multiply_lower = multiply_lower,
     .substitute = substitute,
+    .add_weighted_rows = add_weighted_rows,
+    .eliminate_group = eliminate_group,
+    .back_substitute_group = back_substitute_group,
+    .forward_substitute_group = forward_substitute_group,
     .multiply_add = multiply_add,
     .symmetric_multiply = symmetric_multiply,
     .partial_cholesky = partial_cholesky,

@@ -24,6 +24,31 @@ struct SparseColumns {
   const double* value;
 };
 
+/// Rows of a sparse matrix by runs. Run r holds the entries run_begin[r] .. run_begin[r + 1] - 1,
+/// at most kPad of them, which stand in neighbouring slots; row i holds the runs run_start[i] ..
+/// run_start[i + 1] - 1, slots ascending.
+struct SparseRows {
+  int count;
+  const int* run_start;
+  const int* run_begin;
+  const int* slot;   ///< of an entry
+  const int* entry;  ///< where an entry's value stands
+};
+
+/// Variables (locals) that are eliminated together, and all slots that they meet, by runs as in
+/// SparseRows: the locals' own runs first, then the others'.
+struct LocalGroup {
+  int locals;
+  int runs;
+  int local_runs;
+  const int* run_slot;
+  const int* run_size;
+  const int* local_slot;  ///< [locals]
+  const int* local_row;   ///< [locals], kPad times its run plus its place there
+  /// Doubles of the group's factor.
+  int factor_size() const { return locals * (runs + 1) * kPad; }
+};
+
 struct Table {
   /// full = lower + lower' - diag(lower): [n x n], both sides of the diagonal filled.
   void (*symmetrize)(int n, const double* lower, int ld_lower, double* full, int ld_full);
@@ -41,6 +66,28 @@ struct Table {
   /// a := a (I - N)^{-1}, column by column in `order`: a_c += sum_r a_r N_rc, where the columns r
   /// that N's column c names come before c. Columns of N without entries are not in `order`.
   void (*substitute)(int rows, SparseColumns n, const int* order, int count, double* a, int ld);
+
+  /// Adds J'D J to a symmetric matrix, lower triangle, and J's to a gradient: rows J, weights D,
+  /// slopes s. Element (i, j) of the matrix is column[j][i]. Zeros are added up to kPad places
+  /// behind a run's first slot, and anything above the diagonal inside a run's own square.
+  /// `scratch` holds kPad doubles for every run.
+  void (*add_weighted_rows)(SparseRows rows, const double* values, const double* weight,
+                            const double* slope, double* const* column, double* gradient,
+                            double* scratch);
+
+  /// Eliminates a group's locals from the matrix whose element (i, j), i >= j, is column[j][i], and
+  /// from the gradient: what is left of both has the Schur complement. The locals' columns are zero
+  /// afterwards. Zeros are added around runs as by add_weighted_rows. Returns whether every pivot
+  /// is above `tolerance` times its diagonal entry; if not, the complement was not subtracted.
+  bool (*eliminate_group)(const LocalGroup& group, double tolerance, double* const* column,
+                          double* gradient, double* factor);
+
+  /// Back substitution with eliminate_group's factor: the locals in z, which hold a right-hand side
+  /// y, become -L^{-T} (y + L_B' z_B + constant * what was left of their gradient).
+  void (*back_substitute_group)(const LocalGroup& group, const double* factor, double constant,
+                                double* z);
+  /// Forward substitution: g_A := L^{-1} g_A, g_B -= L_B g_A.
+  void (*forward_substitute_group)(const LocalGroup& group, const double* factor, double* g);
 
   /// y += a x with a [rows x cols], rows a multiple of kPad.
   void (*multiply_add)(int rows, int cols, const double* a, int ld, const double* x, double* y);

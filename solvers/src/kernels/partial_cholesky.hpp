@@ -154,6 +154,12 @@ static int partial_cholesky(int pivots, int rows, int cols, double tolerance, do
   return bad;
 }
 
+/// A vector made in registers: one store of it can be read back at once, kWidth narrow ones can't.
+template <int... L>
+PALANQUIN_INLINE Vector gather_lanes(const double* v, Lanes<L...>) {
+  return Vector{v[L]...};
+}
+
 static void back_substitute(int pivots, int rows, const double* panel, int ld, double* z) {
   const int total = padded(pivots) + rows;
   for (int j = padded(pivots) - kPad; j >= 0; j -= kPad) {
@@ -173,8 +179,8 @@ static void back_substitute(int pivots, int rows, const double* panel, int ld, d
       for (int i = kPad - 1; i > k; --i) s += l[i] * u[i];
       u[k] = -l[k] * s;
     }
-#pragma GCC unroll 8
-    for (int k = 0; k < kPad; ++k) z[j + k] = u[k];
+#pragma GCC unroll 4
+    for (int c = 0; c < kPad; c += kWidth) store(z + j + c, gather_lanes(u + c, AllLanes{}));
   }
 }
 

@@ -49,7 +49,7 @@ PALANQUIN_INLINE void transpose_registers(Vector (&v)[kWidth]) {
 /// vectors, as shuffles have one port and loads have two.
 PALANQUIN_INLINE void load_transposed(const double* a, int ld, Vector (&v)[kWidth]) {
 #if defined(__AVX512F__)
-  typedef double Half __attribute__((vector_size(32)));
+  typedef double Half __attribute__((vector_size(32), may_alias));
   const auto half = [](const double* p) { return *reinterpret_cast<const Half*>(p); };
 #pragma GCC unroll 4
   for (int i = 0; i < 4; ++i) {
@@ -83,6 +83,10 @@ PALANQUIN_INLINE Vector sum_lanes(Vector (&v)[kWidth]) {
 template <int... L>
 PALANQUIN_INLINE Mask lane_numbers(Lanes<L...>) {
   return Mask{L...};
+}
+/// The lanes before `end`, zeros from there on.
+PALANQUIN_INLINE Vector lanes_before(Vector v, int end) {
+  return lane_numbers(AllLanes{}) < end ? v : Vector{};
 }
 /// The lanes from `first` on, zeros before.
 PALANQUIN_INLINE Vector lanes_from(Vector v, int first) {

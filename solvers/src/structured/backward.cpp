@@ -24,23 +24,23 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
   const int nx_next = next.plan.nx;
   const int ld = padded(nx_next);
   double* value = work.value.data();
+  double* slope = work.slope.data();  // becomes P L b + p
+  for (int i = 0; i < nx_next; ++i) slope[i] = next.value()[nx_next + i * next.plan.value_ld];
   kernels.symmetrize(nx_next, next.value(), next.plan.value_ld, value, ld);
   kernels.substitute(ld, columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), value, ld);
+  kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
-  double* product = work.product.data();
-  double* states = product + padded(plan.nu);
-  kernels.multiply_transposed(ld, dynamics, plan.nx, plan.nu, value, ld, product, plan.panel_ld);
+  double* inputs = work.product.data();
+  double* states = inputs + padded(plan.nu);
   kernels.multiply_transposed(ld, dynamics, 0, plan.nx, value, ld, states, plan.panel_ld);
-  double* slope = work.slope.data();  // P L b + p
-  for (int i = 0; i < nx_next; ++i) slope[i] = next.value()[nx_next + i * next.plan.value_ld];
-  kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
   for (int i = 0; i < nx_next; ++i) {
     double* column = states + i * plan.panel_ld;
     for (int row = padded(plan.nx); row < plan.value_ld; ++row) column[row] = 0.0;
     column[plan.nx] = slope[i];
   }
+  kernels.multiply_transposed(ld, dynamics, plan.nx, plan.nu, value, ld, inputs, plan.panel_ld);
 }
 
 /// Step (3), the part from the next knot: lower triangle of F'L'P L F, with the gradient's row
@@ -54,47 +54,41 @@ void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, co
                      static_cast<int>(plan.substitution_order.size()), product, plan.panel_ld);
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
-  kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, product, plan.panel_ld,
-                         knot.panel(), plan.panel_ld);
   kernels.multiply_lower(plan.value_ld, dynamics, 0, plan.nx, product + padded(plan.nu),
                          plan.panel_ld, knot.value(), plan.value_ld);
+  kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, product, plan.panel_ld,
+                         knot.panel(), plan.panel_ld);
 }
 
-/// Step (3): the knot's own cost.
-void add_cost(const QpStage& stage, const Knot& knot, double regularization) {
-  const KnotPlan& plan = knot.plan;
-  for (std::size_t e = 0; e < plan.hessian_target.size(); ++e)
-    knot.storage[plan.hessian_target[e]] += stage.hessian.values[e];
-  for (std::size_t j = 0; j < plan.gradient_target.size(); ++j)
-    knot.storage[plan.gradient_target[j]] += stage.gradient[j];
-  if (regularization == 0.0) return;
-  for (int j = plan.nx; j < stage.nw(); ++j)
-    knot.storage[plan.column_offset[plan.slot[j]] + plan.slot[j]] += regularization;
+/// Step (3): entries of the knot's own Hessian.
+void add_hessian(const QpStage& stage, const std::vector<HessianEntry>& entries) {
+  for (const HessianEntry& e : entries) *e.element += stage.hessian.values[e.entry];
 }
 
-/// Step (3): J'D J and J's. Most penalty rows are idle and cost a comparison.
-void add_rows(const Knot& knot, const RowPattern& rows, const double* values,
-              const double* curvature, const double* slope, double* row_values) {
-  const int* column = knot.plan.column_offset.data();
-  const int gradient = knot.plan.gradient_slot;
-  for (int i = 0; i < rows.rows(); ++i) {
-    if (curvature[i] == 0.0 && slope[i] == 0.0) continue;
-    const int* slot = rows.slot.data() + rows.start[i];
-    const int* entry = rows.entry.data() + rows.start[i];
-    const int size = rows.start[i + 1] - rows.start[i];
-    for (int e = 0; e < size; ++e) row_values[e] = values[entry[e]];
-    for (int e = 0; e < size; ++e) {
-      double* target = knot.storage + column[slot[e]];
-      target[gradient] += slope[i] * row_values[e];
-      const double scaled = curvature[i] * row_values[e];
-      for (int f = e; f < size; ++f) target[slot[f]] += scaled * row_values[f];
-    }
-  }
+/// The knot's own gradient over slots.
+void start_gradient(const QpStage& stage, const KnotPlan& plan, double* gradient) {
+  const double* g = stage.gradient.data();
+  std::copy_n(g, plan.nx, gradient + plan.state_slot);
+  std::copy_n(g + plan.nx, plan.nu, gradient + plan.input_slot);
+  std::copy_n(g + plan.nx + plan.nu, plan.nl, gradient);
+}
+
+void regularize(const KnotPlan& plan, double regularization) {
+  for (int slot = 0; slot < plan.nl; ++slot) plan.column[slot][slot] += regularization;
+  for (int slot = plan.input_slot; slot < plan.input_slot + plan.nu; ++slot)
+    plan.column[slot][slot] += regularization;
+}
+
+/// Step (3): J'D J and J's. Idle rows cost a comparison.
+void add_rows(Workspace& work, const Knot& knot, const RowPattern& rows,
+              const SparseBlock& jacobian, const double* curvature, const double* slope,
+              double* gradient) {
+  work.kernels->add_weighted_rows(rows.by_runs(), jacobian.values.data(), curvature, slope,
+                                  knot.plan.column.data(), gradient, work.scratch.data());
 }
 
 /// Stiffness of the equality rows in proportion to the cost, and the slope that goes with it.
-void add_equality_rows(const Workspace& work, const QpStage& stage, const Knot& knot,
-                       double* row_values) {
+void add_equality_rows(Workspace& work, const QpStage& stage, const Knot& knot, double* gradient) {
   const SparseBlock& jacobian = stage.equality_jacobian;
   const RowPattern& rows = knot.plan.equality;
   double largest = 0.0;
@@ -109,8 +103,23 @@ void add_equality_rows(const Workspace& work, const QpStage& stage, const Knot& 
         work.settings.equality_weight * largest / (squared_norm > 0.0 ? squared_norm : 1.0);
     knot.equality_residual[i] = knot.equality_stiffness[i] * stage.equality_value[i];
   }
-  add_rows(knot, rows, jacobian.values.data(), knot.equality_stiffness, knot.equality_residual,
-           row_values);
+  add_rows(work, knot, rows, jacobian, knot.equality_stiffness, knot.equality_residual, gradient);
+}
+
+/// Step (4): locals leave G and the gradient, group by group.
+bool eliminate_locals(const Workspace& work, const Knot& knot, double* gradient) {
+  for (const GroupPlan& group : knot.plan.groups)
+    if (!work.kernels->eliminate_group(knot.plan.group(group), work.settings.pivot_tolerance,
+                                       knot.plan.column.data(), gradient,
+                                       knot.local_factor + group.factor_offset))
+      return false;
+  return true;
+}
+
+/// The gradient becomes G's last row.
+void add_gradient(const KnotPlan& plan, const double* gradient) {
+  for (int j = 0; j < plan.nx + plan.nu; ++j)
+    plan.column[plan.slot[j]][plan.gradient_slot] += gradient[plan.slot[j]];
 }
 
 /// Step (5): inputs are pivots, P_k and p_k remain in value().
@@ -123,11 +132,15 @@ bool eliminate_inputs(const Workspace& work, const Knot& knot) {
 
 }  // namespace
 
+// The order of the additions into G keeps narrow stores away from vector loads of the same place,
+// which would wait for them: locals' own entries long before their rows, the others' at the end.
 bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& model, int k) {
   const QpStage& stage = qp.stages[k];
   const Knot& knot = work.knots[k];
   const KnotPlan& plan = knot.plan;
-  std::fill_n(knot.storage, plan.panel_offset, 0.0);  // the locals' columns
+  double* gradient = work.gradient.data();
+  start_gradient(stage, plan, gradient);
+  add_hessian(stage, plan.local_hessian);
   clear_columns(knot.value(), plan.value_ld, plan.nx, padded(plan.nx));
   if (k < qp.horizon()) {
     propagate_value(work, stage, knot, work.knots[k + 1]);
@@ -135,11 +148,14 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
     clear_columns(knot.panel(), plan.panel_ld, 0, plan.nu);
     clear_columns(knot.value(), plan.value_ld, 0, plan.nx);
   }
-  add_cost(stage, knot, work.settings.regularization);
-  add_rows(knot, plan.penalty, stage.penalty_jacobian.values.data(), model.curvature[k].data(),
-           model.slope[k].data(), work.slope.data());
-  if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, work.slope.data());
-  return eliminate_locals(knot, work.settings.pivot_tolerance) && eliminate_inputs(work, knot);
+  if (work.settings.regularization > 0.0) regularize(plan, work.settings.regularization);
+  add_rows(work, knot, plan.penalty, stage.penalty_jacobian, model.curvature[k].data(),
+           model.slope[k].data(), gradient);
+  if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, gradient);
+  if (!eliminate_locals(work, knot, gradient)) return false;
+  add_hessian(stage, plan.hessian);
+  add_gradient(plan, gradient);
+  return eliminate_inputs(work, knot);
 }
 
 }  // namespace palanquin::structured

@@ -8,7 +8,4 @@ namespace palanquin::structured {
 /// positive enough or not a number.
 bool factorize_knot(Workspace& workspace, const StageQp& qp, const PenaltyModel& model, int knot);
 
-/// Step (4): eliminates the locals from the knot's G. Returns false for a bad pivot.
-bool eliminate_locals(const Knot& knot, double pivot_tolerance);
-
 }  // namespace palanquin::structured

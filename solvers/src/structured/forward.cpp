@@ -11,27 +11,14 @@ void solve_inputs(const Workspace& work, const Knot& knot, double* z) {
                                 z + plan.input_slot);
 }
 
-void solve_locals(const Knot& knot, double* z) {
-  for (const LocalGroup& group : knot.plan.groups) {
-    const int* slots = knot.plan.group_slots.data() + group.first;
-    const double* factor = knot.local_factor + group.factor_offset;
-    for (int c = group.locals - 1; c >= 0; --c) {
-      const double* column = factor + c * group.size();
-      double sum = z[slots[c]];
-      for (int i = c + 1; i < group.size(); ++i) sum += column[i] * z[slots[i]];
-      z[slots[c]] = -column[c] * sum;
-    }
-  }
+void solve_locals(const Workspace& work, const Knot& knot, double* z) {
+  const KnotPlan& plan = knot.plan;
+  for (const GroupPlan& group : plan.groups)
+    work.kernels->back_substitute_group(plan.group(group), knot.local_factor + group.factor_offset,
+                                        z[plan.gradient_slot], z);
 }
 
 namespace {
-
-/// y += F(:, first .. first + count - 1) x
-void multiply_columns(const SparseBlock& f, int first, int count, const double* x, double* y) {
-  for (int j = 0; j < count; ++j)
-    for (int e = f.column_start[first + j]; e < f.column_start[first + j + 1]; ++e)
-      y[f.row_index[e]] += f.values[e] * x[j];
-}
 
 /// Zero if every entry is finite, else NaN.
 double finiteness(const double* v, int size) {
@@ -43,11 +30,19 @@ double finiteness(const double* v, int size) {
 }  // namespace
 
 void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x) {
-  multiply_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, next_x);
-  multiply_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, next_x);
+  const RowPattern& rows = plan.dynamics;
+  const double* values = stage.dynamics.values.data();
+  for (int i = 0; i < rows.rows(); ++i) {
+    double sum = next_x[i];
+    for (int e = rows.start[i]; e < rows.start[i + 1]; ++e)
+      sum += values[rows.entry[e]] * z[rows.slot[e]];
+    next_x[i] = sum;
+  }
+  const SparseBlock& n = stage.implicit;
   const auto& order = plan.substitution_order;
   for (auto c = order.rbegin(); c != order.rend(); ++c)
-    multiply_columns(stage.implicit, *c, 1, next_x + *c, next_x);
+    for (int e = n.column_start[*c]; e < n.column_start[*c + 1]; ++e)
+      next_x[n.row_index[e]] += n.values[e] * next_x[*c];
 }
 
 void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v) {
@@ -58,7 +53,6 @@ void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v
 }
 
 bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial_state) {
-  double finite = 0.0;
   for (int k = 0; k <= qp.horizon(); ++k) {
     const Knot& knot = work.knots[k];
     const KnotPlan& plan = knot.plan;
@@ -67,16 +61,19 @@ bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial
     std::fill_n(knot.z, plan.state_slot, 0.0);
     x[plan.nx] = 1.0;  // takes the gradient's row of the factors in
     solve_inputs(work, knot, knot.z);
-    solve_locals(knot, knot.z);
+    solve_locals(work, knot, knot.z);
     work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value(), plan.value_ld, x,
                                      knot.multiplier);
     if (k > 0) substitute_transposed(qp.stages[k - 1], work.knots[k - 1].plan, knot.multiplier);
-    finite += finiteness(knot.z, plan.gradient_slot) + finiteness(knot.multiplier, plan.nx);
     if (k == qp.horizon()) break;
     double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan.state_slot;
     std::copy_n(qp.stages[k].offset.data(), qp.stages[k].offset.size(), next_x);
     advance(qp.stages[k], plan, knot.z, next_x);
   }
+  double finite = 0.0;
+  for (const Knot& knot : work.knots)
+    finite +=
+        finiteness(knot.z, knot.plan.gradient_slot) + finiteness(knot.multiplier, knot.plan.nx);
   return finite == 0.0;
 }
 

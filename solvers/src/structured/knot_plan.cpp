@@ -7,83 +7,94 @@ namespace palanquin::structured {
 
 using kernels::padded;
 
+void PlanCapacity::Rows::include(const SparseBlock& block) {
+  rows = std::max(rows, block.rows);
+  entries = std::max(entries, block.nnz());
+}
+
+void PlanCapacity::Rows::apply(RowPattern& pattern) const {
+  pattern.start.reserve(rows + 1);
+  pattern.slot.reserve(entries);
+  pattern.entry.reserve(entries);
+  pattern.run_start.reserve(rows + 1);
+  pattern.run_begin.reserve(entries + 1);
+}
+
 void PlanCapacity::include(const QpStage& stage) {
   variables = std::max(variables, stage.nw());
-  slots = std::max(slots, padded(stage.nl) + padded(stage.nu) + padded(stage.nx + 1));
+  slots = std::max(slots, lay_out(stage).slots());
   hessian = std::max(hessian, stage.hessian.nnz());
-  penalty_rows = std::max(penalty_rows, stage.penalty_jacobian.rows);
-  penalty = std::max(penalty, stage.penalty_jacobian.nnz());
-  equality_rows = std::max(equality_rows, stage.equality_jacobian.rows);
-  equality = std::max(equality, stage.equality_jacobian.nnz());
   states = std::max(states, stage.implicit.cols);
   locals = std::max(locals, stage.nl);
+  dynamics.include(stage.dynamics);
+  penalty.include(stage.penalty_jacobian);
+  equality.include(stage.equality_jacobian);
 }
 
 void PlanCapacity::apply(KnotPlan& plan) const {
   plan.slot.reserve(variables);
-  plan.column_offset.reserve(slots);
-  plan.hessian_target.reserve(hessian);
-  plan.gradient_target.reserve(variables);
-  plan.penalty.start.reserve(penalty_rows + 1);
-  plan.penalty.slot.reserve(penalty);
-  plan.penalty.entry.reserve(penalty);
-  plan.equality.start.reserve(equality_rows + 1);
-  plan.equality.slot.reserve(equality);
-  plan.equality.entry.reserve(equality);
+  plan.column.reserve(slots);
+  plan.local_hessian.reserve(hessian);
+  plan.hessian.reserve(hessian);
+  dynamics.apply(plan.dynamics);
+  penalty.apply(plan.penalty);
+  equality.apply(plan.equality);
   plan.substitution_order.reserve(states);
   plan.groups.reserve(locals);
-  plan.group_slots.reserve(locals * (slots + 2));
+  plan.local_slot.reserve(locals);
+  plan.local_row.reserve(locals);
+  plan.run_slot.reserve(locals * slots);
+  plan.run_size.reserve(locals * slots);
 }
 
-void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
-  lay_out(stage, plan);
-  target_hessian(stage.hessian, plan);
+KnotLayout lay_out(const QpStage& stage) {
+  KnotLayout layout;
+  layout.nx = stage.nx;
+  layout.nu = stage.nu;
+  layout.nl = stage.nl;
+  layout.input_slot = padded(stage.nl);
+  layout.state_slot = layout.input_slot + padded(stage.nu);
+  layout.gradient_slot = layout.state_slot + stage.nx;
+  layout.value_ld = padded(stage.nx + 1);
+  layout.panel_ld = padded(stage.nu) + layout.value_ld;
+  return layout;
+}
+
+void KnotPlanner::plan(const QpStage& stage, const KnotColumns& columns, KnotPlan& plan) {
+  static_cast<KnotLayout&>(plan) = lay_out(stage);
+  plan.columns = columns;
+  find_columns(stage, plan);
+  list_hessian(stage.hessian, plan);
+  list_rows(stage.dynamics, plan, plan.dynamics);
   list_rows(stage.penalty_jacobian, plan, plan.penalty);
   list_rows(stage.equality_jacobian, plan, plan.equality);
   order_substitution(stage.implicit, plan);
   group_locals(stage.hessian, plan);
 }
 
-void KnotPlanner::lay_out(const QpStage& stage, KnotPlan& plan) {
-  plan.nx = stage.nx;
-  plan.nu = stage.nu;
-  plan.nl = stage.nl;
-  plan.input_slot = padded(stage.nl);
-  plan.state_slot = plan.input_slot + padded(stage.nu);
-  plan.gradient_slot = plan.state_slot + stage.nx;
-  plan.value_ld = padded(stage.nx + 1);
-  plan.panel_ld = padded(stage.nu) + plan.value_ld;
-  plan.panel_offset = stage.nl * plan.slots();
-  // Whole cache lines: nl * slots() is a multiple of kPad as slots() is.
-  plan.value_offset = plan.panel_offset + padded(stage.nu) * plan.panel_ld;
-  plan.storage_size = plan.value_offset + padded(stage.nx) * plan.value_ld;
-
+void KnotPlanner::find_columns(const QpStage& stage, KnotPlan& plan) {
   plan.slot.resize(stage.nw());
   for (int j = 0; j < stage.nx; ++j) plan.slot[j] = plan.state_slot + j;
   for (int j = 0; j < stage.nu; ++j) plan.slot[stage.nx + j] = plan.input_slot + j;
   for (int j = 0; j < stage.nl; ++j) plan.slot[stage.nx + stage.nu + j] = j;
 
-  plan.column_offset.resize(plan.gradient_slot);
-  for (int j = 0; j < plan.input_slot; ++j) plan.column_offset[j] = j * plan.slots();
-  for (int j = plan.input_slot; j < plan.state_slot; ++j)
-    plan.column_offset[j] =
-        plan.panel_offset + (j - plan.input_slot) * plan.panel_ld - plan.input_slot;
-  for (int j = plan.state_slot; j < plan.gradient_slot; ++j)
-    plan.column_offset[j] =
-        plan.value_offset + (j - plan.state_slot) * plan.value_ld - plan.state_slot;
-
-  plan.gradient_target.resize(stage.nw());
-  for (int j = 0; j < stage.nw(); ++j)
-    plan.gradient_target[j] = plan.column_offset[plan.slot[j]] + plan.gradient_slot;
+  // Panel and value begin at the rows of inputs and states.
+  plan.column.assign(plan.gradient_slot, nullptr);
+  for (int j = 0; j < plan.nl; ++j) plan.column[j] = plan.columns.locals + j * plan.local_ld();
+  for (int j = 0; j < plan.nu; ++j)
+    plan.column[plan.input_slot + j] = plan.columns.panel + j * plan.panel_ld - plan.input_slot;
+  for (int j = 0; j < plan.nx; ++j)
+    plan.column[plan.state_slot + j] = plan.columns.value + j * plan.value_ld - plan.state_slot;
 }
 
-void KnotPlanner::target_hessian(const SparseBlock& hessian, KnotPlan& plan) {
-  plan.hessian_target.resize(hessian.nnz());
+void KnotPlanner::list_hessian(const SparseBlock& hessian, KnotPlan& plan) {
+  plan.local_hessian.clear();
+  plan.hessian.clear();
   for (int j = 0; j < hessian.cols; ++j) {
     for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
-      const int a = plan.slot[j];
-      const int b = plan.slot[hessian.row_index[e]];
-      plan.hessian_target[e] = plan.column_offset[std::min(a, b)] + std::max(a, b);
+      const auto [low, high] = std::minmax(plan.slot[j], plan.slot[hessian.row_index[e]]);
+      auto& list = low < plan.nl ? plan.local_hessian : plan.hessian;
+      list.push_back({e, plan.column[low] + high});
     }
   }
 }
@@ -110,6 +121,25 @@ void KnotPlanner::list_rows(const SparseBlock& block, const KnotPlan& plan, RowP
   }
   for (int i = block.rows; i > 0; --i) rows.start[i] = rows.start[i - 1];
   rows.start[0] = 0;
+  cut_runs(plan, rows);
+}
+
+void KnotPlanner::cut_runs(const KnotPlan& plan, RowPattern& rows) {
+  const auto kind = [&](int slot) { return (slot >= plan.input_slot) + (slot >= plan.state_slot); };
+  rows.run_start.clear();
+  rows.run_begin.clear();
+  for (int i = 0; i < rows.rows(); ++i) {
+    rows.run_start.push_back(static_cast<int>(rows.run_begin.size()));
+    for (int e = rows.start[i]; e < rows.start[i + 1]; ++e) {
+      const int slot = rows.slot[e];
+      const bool goes_on = e > rows.start[i] && slot == rows.slot[e - 1] + 1 &&
+                           kind(slot) == kind(slot - 1) &&
+                           e - rows.run_begin.back() < kernels::kPad;
+      if (!goes_on) rows.run_begin.push_back(e);
+    }
+  }
+  rows.run_start.push_back(static_cast<int>(rows.run_begin.size()));
+  rows.run_begin.push_back(static_cast<int>(rows.slot.size()));
 }
 
 void KnotPlanner::order_substitution(const SparseBlock& implicit, KnotPlan& plan) {

@@ -7,32 +7,42 @@
 
 namespace palanquin::structured {
 
-/// The rows of a SparseBlock, each with its entries in ascending order of slots.
+/// The rows of a SparseBlock, each with its entries in ascending order of slots, and cut into runs
+/// of neighbouring slots of one kind (see kernels::SparseRows).
 struct RowPattern {
-  std::vector<int> start;  ///< [rows + 1]
-  std::vector<int> slot;   ///< [nnz]
-  std::vector<int> entry;  ///< [nnz], where the value stands in SparseBlock::values
+  std::vector<int> start;      ///< [rows + 1]
+  std::vector<int> slot;       ///< [nnz]
+  std::vector<int> entry;      ///< [nnz], where the value stands in SparseBlock::values
+  std::vector<int> run_start;  ///< [rows + 1]
+  std::vector<int> run_begin;  ///< [runs + 1]
 
   int rows() const { return static_cast<int>(start.size()) - 1; }
+  kernels::SparseRows by_runs() const {
+    return {rows(), run_start.data(), run_begin.data(), slot.data(), entry.data()};
+  }
 };
 
-/// Locals that meet each other, and the inputs and states that they meet, all as slots.
-struct LocalGroup {
-  int first = 0;   ///< of the group's slots in KnotPlan::group_slots: `locals` locals, then
-  int locals = 0;  ///<   `others` inputs and states, then the gradient
-  int others = 0;
-  int factor_offset = 0;  ///< of its factor [size x locals], column-major
-
-  int size() const { return locals + others + 1; }
+/// An entry of a stage's Hessian and its element of G.
+struct HessianEntry {
+  int entry = 0;
+  double* element = nullptr;
 };
 
-/// Where everything of one knot stands. Its matrix G of step (3) is ordered
-///     slots:  locals | inputs | states | gradient
-/// with inputs and states starting at multiples of kPad. Element (i, j), i >= j, is at
-/// `column_offset[j] + i` of the knot's storage, which holds three column-major matrices: the
-/// locals' columns, the panel (inputs' columns) and the value (states' columns: P_k with p_k' as
-/// the row below, once the knot is factorised).
-struct KnotPlan {
+/// Locals that meet each other, and the inputs and states that they meet (see kernels::LocalGroup):
+/// where they stand in KnotPlan's lists.
+struct GroupPlan {
+  int locals = 0;
+  int runs = 0;
+  int local_runs = 0;
+  int first_local = 0;
+  int first_run = 0;
+  int factor_offset = 0;
+};
+
+/// How G of step (3) is laid out. Its rows and columns are slots in the order
+///     locals | inputs | states | gradient
+/// with inputs and states starting at multiples of kPad.
+struct KnotLayout {
   int nx = 0;
   int nu = 0;
   int nl = 0;
@@ -41,31 +51,62 @@ struct KnotPlan {
   int gradient_slot = 0;
   int panel_ld = 0;  ///< rows of inputs, states and gradient, padded
   int value_ld = 0;  ///< rows of states and gradient, padded
-  int panel_offset = 0;
-  int value_offset = 0;
-  int storage_size = 0;
 
-  std::vector<int> slot;             ///< [nw] of variable j of w = (x, u, l)
-  std::vector<int> column_offset;    ///< [gradient_slot]
-  std::vector<int> hessian_target;   ///< [nnz of the Hessian], offsets into the storage
-  std::vector<int> gradient_target;  ///< [nw]
+  int slots() const { return state_slot + value_ld; }
+  /// A run is cleared by whole vectors, which reach over the end of a column of locals.
+  int local_ld() const { return slots() + kernels::kPad; }
+  int panel_size() const { return kernels::padded(nu) * panel_ld; }
+  int value_size() const { return kernels::padded(nx) * value_ld; }
+};
+KnotLayout lay_out(const QpStage& stage);
+
+/// G's lower triangle is kept by columns in three column-major matrices.
+struct KnotColumns {
+  double* locals = nullptr;  ///< [local_ld x nl], of the knot in work only; zero otherwise
+  double* panel = nullptr;   ///< [panel_ld x padded(nu)]
+  double* value = nullptr;   ///< [value_ld x padded(nx)]; holds P_k, and p_k' in the row below it,
+                             ///< once the knot is factorised
+};
+
+/// Where everything of one knot stands.
+struct KnotPlan : KnotLayout {
+  KnotColumns columns;
+
+  std::vector<int> slot;        ///< [nw] of variable j of w = (x, u, l)
+  std::vector<double*> column;  ///< [gradient_slot], element (i, j), i >= j, is column[j][i]
+  std::vector<HessianEntry> local_hessian;  ///< entries of the Hessian in locals' columns of G
+  std::vector<HessianEntry> hessian;        ///< the others
+  RowPattern dynamics;
   RowPattern penalty;
   RowPattern equality;
   /// Columns of `implicit` with entries, each behind those that it names.
   std::vector<int> substitution_order;
 
-  std::vector<LocalGroup> groups;
-  std::vector<int> group_slots;
+  std::vector<GroupPlan> groups;
+  std::vector<int> local_slot, local_row, run_slot, run_size;  ///< of all groups
   int local_factor_size = 0;
 
-  int slots() const { return state_slot + value_ld; }
+  kernels::LocalGroup group(const GroupPlan& plan) const {
+    return {plan.locals,
+            plan.runs,
+            plan.local_runs,
+            run_slot.data() + plan.first_run,
+            run_size.data() + plan.first_run,
+            local_slot.data() + plan.first_local,
+            local_row.data() + plan.first_local};
+  }
 };
 
 /// Capacity of a KnotPlan's lists, the same for all knots of a problem, so that a pattern that
 /// moves along the horizon (a gait does) finds room wherever it comes.
 struct PlanCapacity {
-  int variables = 0, slots = 0, hessian = 0, penalty_rows = 0, penalty = 0, equality_rows = 0,
-      equality = 0, states = 0, locals = 0;
+  struct Rows {
+    int rows = 0, entries = 0;
+    void include(const SparseBlock& block);
+    void apply(RowPattern& pattern) const;
+  };
+  int variables = 0, slots = 0, hessian = 0, states = 0, locals = 0;
+  Rows dynamics, penalty, equality;
 
   void include(const QpStage& stage);
   void apply(KnotPlan& plan) const;
@@ -74,17 +115,19 @@ struct PlanCapacity {
 /// Plans one knot. Steps in local_groups.cpp find the groups of locals.
 class KnotPlanner {
  public:
-  void plan(const QpStage& stage, KnotPlan& plan);
+  void plan(const QpStage& stage, const KnotColumns& columns, KnotPlan& plan);
 
  private:
-  void lay_out(const QpStage& stage, KnotPlan& plan);
-  void target_hessian(const SparseBlock& hessian, KnotPlan& plan);
+  void find_columns(const QpStage& stage, KnotPlan& plan);
+  void list_hessian(const SparseBlock& hessian, KnotPlan& plan);
   void list_rows(const SparseBlock& block, const KnotPlan& plan, RowPattern& rows);
+  void cut_runs(const KnotPlan& plan, RowPattern& rows);
   void order_substitution(const SparseBlock& implicit, KnotPlan& plan);
 
   void group_locals(const SparseBlock& hessian, KnotPlan& plan);
   void join_row(const KnotPlan& plan, const RowPattern& rows);
   void mark_row(const KnotPlan& plan, const RowPattern& rows);
+  void list_group(int root, KnotPlan& plan);
   int group_of(int local);
 
   std::vector<int> waiting_;          // columns of `implicit` that a column still waits for

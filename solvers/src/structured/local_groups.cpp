@@ -29,7 +29,10 @@ void KnotPlanner::mark_row(const KnotPlan& plan, const RowPattern& rows) {
 
 void KnotPlanner::group_locals(const SparseBlock& hessian, KnotPlan& plan) {
   plan.groups.clear();
-  plan.group_slots.clear();
+  plan.local_slot.clear();
+  plan.local_row.clear();
+  plan.run_slot.clear();
+  plan.run_size.clear();
   plan.local_factor_size = 0;
   if (plan.nl == 0) return;
   parent_.resize(plan.nl);
@@ -54,21 +57,39 @@ void KnotPlanner::group_locals(const SparseBlock& hessian, KnotPlan& plan) {
   mark_row(plan, plan.penalty);
   mark_row(plan, plan.equality);
 
-  for (int root = 0; root < plan.nl; ++root) {
-    if (group_of(root) != root) continue;
-    LocalGroup group;
-    group.first = static_cast<int>(plan.group_slots.size());
-    group.factor_offset = plan.local_factor_size;
-    for (int local = 0; local < plan.nl; ++local)
-      if (group_of(local) == root) plan.group_slots.push_back(local);
-    group.locals = static_cast<int>(plan.group_slots.size()) - group.first;
-    for (int slot = plan.input_slot; slot < plan.gradient_slot; ++slot)
-      if (meets_[root * plan.slots() + slot]) plan.group_slots.push_back(slot);
-    group.others = static_cast<int>(plan.group_slots.size()) - group.first - group.locals;
-    plan.group_slots.push_back(plan.gradient_slot);
-    plan.local_factor_size += group.size() * group.locals;
-    plan.groups.push_back(group);
+  for (int root = 0; root < plan.nl; ++root)
+    if (group_of(root) == root) list_group(root, plan);
+}
+
+/// Lists the slots that the group meets, cut into runs: its own locals among them, by their
+/// diagonal entries.
+void KnotPlanner::list_group(int root, KnotPlan& plan) {
+  GroupPlan group;
+  group.first_local = static_cast<int>(plan.local_slot.size());
+  group.first_run = static_cast<int>(plan.run_slot.size());
+  group.factor_offset = plan.local_factor_size;
+  const unsigned char* meets = meets_.data() + root * plan.slots();
+  int previous = -1;
+  for (int slot = 0; slot < plan.gradient_slot; ++slot) {
+    if (!meets[slot]) continue;
+    const bool goes_on = slot == previous + 1 && group.runs > 0 && slot != plan.input_slot &&
+                         slot != plan.state_slot && plan.run_size.back() < kernels::kPad;
+    if (!goes_on) {
+      plan.run_slot.push_back(slot);
+      plan.run_size.push_back(0);
+      ++group.runs;
+      if (slot < plan.nl) ++group.local_runs;
+    }
+    if (slot < plan.nl) {
+      plan.local_slot.push_back(slot);
+      plan.local_row.push_back((group.runs - 1) * kernels::kPad + plan.run_size.back());
+      ++group.locals;
+    }
+    ++plan.run_size.back();
+    previous = slot;
   }
+  plan.groups.push_back(group);
+  plan.local_factor_size += plan.group(group).factor_size();
 }
 
 }  // namespace palanquin::structured

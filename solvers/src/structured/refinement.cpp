@@ -121,16 +121,10 @@ void condense_equality_rows(const QpStage& stage, const Knot& knot) {
             knot.equality_stiffness[i] * knot.equality_residual[i], knot.correction);
 }
 
-void forward_substitute_locals(const Knot& knot, double* g) {
-  for (const LocalGroup& group : knot.plan.groups) {
-    const int* slots = knot.plan.group_slots.data() + group.first;
-    const double* factor = knot.local_factor + group.factor_offset;
-    for (int c = 0; c < group.locals; ++c) {
-      const double* column = factor + c * group.size();
-      g[slots[c]] *= column[c];
-      for (int i = c + 1; i < group.size(); ++i) g[slots[i]] -= column[i] * g[slots[c]];
-    }
-  }
+void forward_substitute_locals(const Workspace& work, const Knot& knot, double* g) {
+  for (const GroupPlan& group : knot.plan.groups)
+    work.kernels->forward_substitute_group(knot.plan.group(group),
+                                           knot.local_factor + group.factor_offset, g);
 }
 
 /// The backward sweep for the gradient alone: leaves the change of p_k in value_correction.
@@ -145,7 +139,7 @@ void sweep_backward(Workspace& work, const StageQp& qp) {
       substitute_transposed(qp.stages[k], plan, work.slope.data());
       add_dynamics_transposed(qp.stages[k].dynamics, plan, work.slope.data(), knot.correction);
     }
-    forward_substitute_locals(knot, knot.correction);
+    forward_substitute_locals(work, knot, knot.correction);
     work.kernels->forward_substitute(plan.nu, plan.value_ld, knot.panel(), plan.panel_ld,
                                      knot.correction + plan.input_slot);
     std::copy_n(knot.correction + plan.state_slot, plan.nx, knot.value_correction);
@@ -163,7 +157,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
     if (k == 0) std::fill_n(dx, plan.nx, 0.0);
     std::fill_n(dx + plan.nx, plan.value_ld - plan.nx, 0.0);
     solve_inputs(work, knot, dz);
-    solve_locals(knot, dz);
+    solve_locals(work, knot, dz);
     double* dlambda = work.slope.data();
     work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value(), plan.value_ld, dx,
                                      dlambda);

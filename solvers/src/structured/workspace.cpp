@@ -1,10 +1,14 @@
 #include "structured/workspace.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace palanquin::structured {
 
 using kernels::padded;
+
+/// Runs are read and added to by whole vectors, which may reach over the end.
+constexpr std::size_t kOverhang = kernels::kPad;
 
 bool Workspace::is_analyzed(const StageQp& qp) const {
   if (knots.size() != qp.stages.size() || revision_ != qp.structure_revision) return false;
@@ -13,7 +17,7 @@ bool Workspace::is_analyzed(const StageQp& qp) const {
     const KnotPlan& plan = knots[k].plan;
     const QpStage& stage = qp.stages[k];
     if (plan.nx != stage.nx || plan.nu != stage.nu || plan.nl != stage.nl ||
-        static_cast<int>(plan.hessian_target.size()) != stage.hessian.nnz() ||
+        static_cast<int>(plan.local_hessian.size() + plan.hessian.size()) != stage.hessian.nnz() ||
         plan.penalty.rows() != stage.penalty_jacobian.rows ||
         static_cast<int>(plan.penalty.slot.size()) != stage.penalty_jacobian.nnz() ||
         plan.equality.rows() != stage.equality_jacobian.rows ||
@@ -26,70 +30,75 @@ bool Workspace::is_analyzed(const StageQp& qp) const {
 void Workspace::analyze(const StageQp& qp) {
   factorized = nullptr;
   check_dimensions(qp);
-  PlanCapacity capacity;
-  for (const QpStage& stage : qp.stages) capacity.include(stage);
   knots.resize(qp.stages.size());
-  has_equality_rows = false;
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    capacity.apply(knots[k].plan);
-    planner_.plan(qp.stages[k], knots[k].plan);
-    has_equality_rows = has_equality_rows || qp.stages[k].equality_jacobian.rows > 0;
+  MemorySizes sizes;
+  PlanCapacity capacity;
+  for (const QpStage& stage : qp.stages) {
+    sizes.include(lay_out(stage), stage.equality_jacobian.rows);
+    capacity.include(stage);
   }
-  hand_out_memory();
+  has_equality_rows = sizes.equality_rows > 0;
+  hand_out_matrices(sizes);
+  int local_factor = 0;
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    KnotPlan& plan = knots[k].plan;
+    capacity.apply(plan);
+    double* matrices = matrices_.data() + k * (sizes.panel + sizes.value);
+    planner_.plan(qp.stages[k], {locals.data(), matrices, matrices + sizes.panel}, plan);
+    // Unit pivots behind the last input, see kernels::Table::partial_cholesky.
+    for (int j = plan.nu; j < padded(plan.nu); ++j) matrices[j * (plan.panel_ld + 1)] = 1.0;
+    local_factor = std::max(local_factor, plan.local_factor_size);
+  }
+  scratch.reserve(kernels::kPad * std::max(capacity.penalty.entries, capacity.equality.entries));
+  hand_out_vectors(sizes, local_factor);
   flops = count_flops(qp, knots);
   revision_ = qp.structure_revision;
 }
 
-void Workspace::hand_out_memory() {
-  std::size_t storage = 0, local_factor = 0, slots = 0, value_ld = 0, panel_ld = 0, rows = 0,
-              model_size = 0;
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    const KnotPlan& plan = knots[k].plan;
-    const auto raise = [](std::size_t& most, int size) {
-      most = std::max(most, static_cast<std::size_t>(size));
-    };
-    raise(storage, plan.storage_size);
-    raise(local_factor, padded(plan.local_factor_size));
-    raise(slots, plan.slots());
-    raise(value_ld, plan.value_ld);
-    raise(panel_ld, plan.panel_ld);
-    raise(rows, padded(plan.equality.rows()));
-    raise(model_size, 2 * plan.penalty.rows());
-  }
-  // Every knot gets the largest knot's share, so that a moving pattern does not ask for more.
-  storage_.reserve(knots.size() * storage);
-  std::fill_n(storage_.data(), knots.size() * storage, 0.0);
-  const std::size_t share =
-      local_factor + slots + value_ld + (has_equality_rows ? 3 * rows + slots + value_ld : 0);
-  vectors_.reserve(knots.size() * share);
-  std::fill_n(vectors_.data(), knots.size() * share, 0.0);
-  value.reserve(value_ld * value_ld);
-  product.reserve(value_ld * panel_ld);
-  slope.reserve(slots);
-  model.reserve(knots.size() * model_size);
+void MemorySizes::include(const KnotLayout& layout, int equalities) {
+  const auto raise = [](std::size_t& most, int size) {
+    most = std::max(most, static_cast<std::size_t>(size));
+  };
+  raise(panel, layout.panel_size());
+  raise(value, layout.value_size());
+  raise(panel_ld, layout.panel_ld);
+  raise(value_ld, layout.value_ld);
+  raise(slots, layout.slots());
+  raise(locals, layout.nl);
+  raise(equality_rows, padded(equalities));
+}
 
-  for (std::size_t k = 0; k < knots.size(); ++k) {
-    Knot& knot = knots[k];
-    double* next = vectors_.data() + k * share;
-    const auto take = [&](std::size_t size) {
-      double* taken = next;
-      next += size;
-      return taken;
-    };
-    knot.storage = storage_.data() + k * storage;
-    knot.local_factor = take(local_factor);
-    knot.z = take(slots);
-    knot.multiplier = take(value_ld);
-    if (has_equality_rows) {
-      knot.equality_stiffness = take(rows);
-      knot.equality_multiplier = take(rows);
-      knot.equality_residual = take(rows);
-      knot.correction = take(slots);
-      knot.value_correction = take(value_ld);
-    }
-    // Unit pivots behind the last input, see kernels::Table::partial_cholesky.
-    for (int j = knot.plan.nu; j < padded(knot.plan.nu); ++j)
-      knot.panel()[j * (knot.plan.panel_ld + 1)] = 1.0;
+void Workspace::hand_out_matrices(const MemorySizes& sizes) {
+  const std::size_t size = knots.size() * (sizes.panel + sizes.value) + kOverhang;
+  matrices_.reserve(size);
+  std::fill_n(matrices_.data(), size, 0.0);
+  value.reserve(sizes.value_ld * sizes.value_ld);
+  product.reserve(sizes.panel_ld * sizes.value_ld);
+  slope.reserve(sizes.value_ld);
+  gradient.reserve(sizes.slots + kOverhang);
+  locals_size_ = sizes.locals * (sizes.slots + kOverhang);
+  locals.reserve(locals_size_);
+}
+
+void Workspace::hand_out_vectors(const MemorySizes& sizes, int local_factor) {
+  const std::size_t factor = padded(local_factor);
+  const std::size_t share = factor + sizes.slots + sizes.value_ld;
+  const std::size_t equality_share = 3 * sizes.equality_rows + sizes.slots + sizes.value_ld;
+  const std::size_t size = knots.size() * (share + (has_equality_rows ? equality_share : 0));
+  vectors_.reserve(size + kOverhang);
+  std::fill_n(vectors_.data(), size + kOverhang, 0.0);
+  double* next = vectors_.data();
+  const auto take = [&](std::size_t count) { return std::exchange(next, next + count); };
+  for (Knot& knot : knots) {
+    knot.local_factor = take(factor);
+    knot.z = take(sizes.slots);
+    knot.multiplier = take(sizes.value_ld);
+    if (!has_equality_rows) continue;
+    knot.equality_stiffness = take(sizes.equality_rows);
+    knot.equality_multiplier = take(sizes.equality_rows);
+    knot.equality_residual = take(sizes.equality_rows);
+    knot.correction = take(sizes.slots);
+    knot.value_correction = take(sizes.value_ld);
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -15,7 +17,6 @@ namespace palanquin::structured {
 /// plan.slots() entries, zeros where no variable stands.
 struct Knot {
   KnotPlan plan;
-  double* storage = nullptr;       ///< G, then its factor (see KnotPlan)
   double* local_factor = nullptr;  ///< [plan.local_factor_size]
   double* z = nullptr;             ///< over slots: locals, inputs, states and a constant 1
   double* multiplier = nullptr;    ///< [padded], of x_k
@@ -27,8 +28,17 @@ struct Knot {
   double* correction = nullptr;           ///< over slots: right-hand side, then step
   double* value_correction = nullptr;     ///< [padded], change of p_k, then of the multiplier
 
-  double* panel() const { return storage + plan.panel_offset; }
-  double* value() const { return storage + plan.value_offset; }
+  double* panel() const { return plan.columns.panel; }
+  double* value() const { return plan.columns.value; }
+};
+
+/// The largest knot's share of each kind of memory. Every knot gets as much, so that a pattern that
+/// moves along the horizon does not ask for more.
+struct MemorySizes {
+  std::size_t panel = 0, value = 0, panel_ld = 0, value_ld = 0, slots = 0, locals = 0,
+              equality_rows = 0;
+
+  void include(const KnotLayout& layout, int equalities);
 };
 
 /// All that a StructuredQpSolver keeps between two solves.
@@ -41,8 +51,13 @@ struct Workspace {
   bool has_equality_rows = false;
   double flops = 0.0;
 
-  // Intermediates of the knot in work: P L, (P L F)' and P L b + p.
-  AlignedBuffer value, product, slope;
+  // Intermediates of the knot in work.
+  AlignedBuffer value;     ///< P L
+  AlignedBuffer product;   ///< (P L F)'
+  AlignedBuffer slope;     ///< P L b + p
+  AlignedBuffer gradient;  ///< of the knot's own cost and rows, over slots
+  AlignedBuffer locals;    ///< G's columns of locals
+  AlignedBuffer scratch;   ///< values of a row, by runs
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
   std::vector<double> model;            ///< slopes and curvatures of these factors, knot by knot
@@ -52,13 +67,17 @@ struct Workspace {
   void analyze(const StageQp& qp);
   /// Whether the last analysis holds for `qp`.
   bool is_analyzed(const StageQp& qp) const;
+  /// A factorisation that met a NaN may have left it in the locals' columns.
+  void clear_locals() { std::fill_n(locals.data(), locals_size_, 0.0); }
 
  private:
-  void hand_out_memory();
+  void hand_out_matrices(const MemorySizes& sizes);
+  void hand_out_vectors(const MemorySizes& sizes, int local_factor);
 
   KnotPlanner planner_;
   std::uint64_t revision_ = 0;
-  AlignedBuffer storage_, vectors_;
+  std::size_t locals_size_ = 0;
+  AlignedBuffer matrices_, vectors_;
 };
 
 /// Throws std::invalid_argument, naming knot and block, if dimensions contradict each other.
