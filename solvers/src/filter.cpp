@@ -10,8 +10,7 @@ namespace palanquin {
 bool is_step_acceptable(const LineSearchSettings& s, const Merit& current, const Merit& trial,
                         double alpha, double directional_cost) {
   if (!std::isfinite(trial.infeasibility) || !std::isfinite(trial.cost)) return false;
-  // Rounding of the two costs must not decide.
-  const double slack = 1e-12 * std::max(1.0, std::abs(current.cost));
+  const double slack = s.cost_resolution * std::max(1.0, std::abs(current.cost));
 
   if (trial.infeasibility > s.max_infeasibility)
     return trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;

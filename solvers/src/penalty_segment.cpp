@@ -89,6 +89,17 @@ void PenaltySegment::advance(double alpha) {
   row_ += alpha * row_change_;
 }
 
+double PenaltySegment::change(double alpha) const {
+  double total = alpha * (slope_ + 0.5 * alpha * curvature_);
+  for (const ActiveRow& active : active_) {
+    const double start = row_[active.row];
+    const double end = start + alpha * row_change_[active.row];
+    total += evaluate_penalty(*active.policy, end).value -
+             evaluate_penalty(*active.policy, start).value;
+  }
+  return total;
+}
+
 PenaltySegment::Derivatives PenaltySegment::at(double alpha) const {
   Derivatives phi{slope_ + alpha * curvature_, curvature_};
   for (const ActiveRow& active : active_) {

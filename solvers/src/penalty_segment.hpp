@@ -28,6 +28,8 @@ class PenaltySegment {
   void advance(double alpha);
 
   Derivatives at(double alpha) const;
+  /// phi(alpha) - phi(0).
+  double change(double alpha) const;
   /// The step in [0, 1] of lowest cost: Newton's method on phi' = 0, kept inside a bracket. 0 when
   /// d is no direction of descent. `start` is at(0).
   double minimize(const Derivatives& start) const;

@@ -66,7 +66,6 @@ PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& so
 PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solver,
                                                StageQpSolution& solution, bool is_model_local) {
   PenaltySubproblemResult result;
-  bool on_rows = satisfies_rows(qp, solution.w, kRowTolerance, residual_);
   double steepest = 0.0;  // |phi'| among the iterations so far
   while (!result.converged && result.iterations < settings_.max_inner_iterations) {
     // (1) The minimiser of the QP with the penalties' quadratics.
@@ -91,7 +90,10 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
 
     // (3) The lowest point of the true cost on the way there.
     double alpha = 1.0;
-    if (on_rows && !result.converged) {
+    const bool may_shorten =
+        !result.converged &&
+        (result.iterations > 1 || satisfies_rows(qp, solution.w, kRowTolerance, residual_));
+    if (may_shorten) {
       const PenaltySegment::Derivatives start = segment_->at(0.0);
       alpha = segment_->minimize(start);
       steepest = std::max(steepest, std::abs(start.slope));
@@ -99,9 +101,10 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
       result.converged = is_model_local && (alpha == 0.0 || is_flat);
     }
     blend(alpha, candidate_, solution);
+    result.predicted_change += segment_->change(alpha);
+    if (result.converged) break;
     segment_->advance(alpha);
     segment_->expand(model_);
-    on_rows = true;
     is_model_local = true;
   }
   return result;
