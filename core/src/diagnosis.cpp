@@ -9,19 +9,39 @@
 namespace palanquin {
 
 namespace {
-bool all_finite(const std::vector<double>& values) {
-  double sum = 0.0;  // 0 * x is 0 for every finite x and NaN otherwise
-  for (double v : values) sum += 0.0 * v;
-  return sum == 0.0;
+/// 0 * x is 0 for every finite x and NaN otherwise; four sums, so that additions overlap.
+bool all_finite(const double* values, std::size_t size) {
+  double sum[4] = {0.0, 0.0, 0.0, 0.0};
+  for (std::size_t i = 0; i < size; ++i) sum[i % 4] += 0.0 * values[i];
+  return sum[0] + sum[1] + sum[2] + sum[3] == 0.0;
 }
-bool all_finite(const Eigen::VectorXd& values) { return values.allFinite(); }
+bool all_finite(const std::vector<double>& values) {
+  return all_finite(values.data(), values.size());
+}
+bool all_finite(const Eigen::VectorXd& values) {
+  return all_finite(values.data(), static_cast<std::size_t>(values.size()));
+}
 }  // namespace
+
+bool Transcription::is_finite(int knot) const {
+  const auto i = static_cast<std::size_t>(knot);
+  const QpStage& stage = qp_.stages[i];
+  return std::isfinite(buffers_[i].cost) && all_finite(stage.offset) &&
+         all_finite(stage.gradient) && all_finite(stage.hessian.values) &&
+         all_finite(stage.penalty_value) && all_finite(stage.penalty_jacobian.values) &&
+         all_finite(stage.inequality_value) && all_finite(stage.inequality_jacobian.values) &&
+         all_finite(stage.equality_value) && all_finite(stage.equality_jacobian.values) &&
+         all_finite(stage.link_value) && all_finite(stage.link_jacobian.values) &&
+         all_finite(stage.link_previous.values) && all_finite(stage.dynamics.values) &&
+         all_finite(stage.implicit.values);
+}
 
 NonFinite Transcription::find_non_finite() const {
   auto report = [](const std::string& where, const std::string& function) {
     return NonFinite{true, "function '" + function + "' is not finite in " + where};
   };
   for (int k = 0; k <= horizon_; ++k) {
+    if (is_finite(k)) continue;
     const auto i = static_cast<std::size_t>(k);
     const QpStage& stage = qp_.stages[i];
     const KnotShape& shape = *shapes_[i];
@@ -49,13 +69,6 @@ NonFinite Transcription::find_non_finite() const {
       if (const int row = first_bad(*rows, *values); row >= 0)
         return report(problem_->row_name(kind, row_kind, row, k), function);
 
-    const bool derivatives_finite =
-        all_finite(stage.gradient) && all_finite(stage.hessian.values) &&
-        all_finite(stage.penalty_jacobian.values) && all_finite(stage.inequality_jacobian.values) &&
-        all_finite(stage.equality_jacobian.values) && all_finite(stage.link_jacobian.values) &&
-        all_finite(stage.link_previous.values) && all_finite(stage.dynamics.values) &&
-        all_finite(stage.implicit.values);
-    if (derivatives_finite) continue;
     auto name_column = [&](const SparseBlock& block, const std::vector<int>& rows, RowKind row_kind,
                            NonFinite& found) {
       for (std::size_t n = 0; n < block.values.size() && !found.found; ++n)

@@ -20,4 +20,28 @@ struct Transcription::KnotBuffers {
   std::vector<double> embedded, slopes;  // of the charts
 };
 
+/// Arguments and results of the exact Hessian of one knot.
+struct Transcription::ExactBuffers {
+  ExactBuffers(const LoweredProblem& problem, const ExactHessian& exact);
+
+  std::vector<double> hessian;
+  std::vector<double> charted;                         // flag per block
+  std::vector<double> dynamics, equality, inequality;  // multipliers of the lowered rows
+  CurvatureMirror mirror;
+};
+
+/// Roles, chart flags and active flags of one knot, as the lowered function `structure` gives them.
+struct Transcription::Flags {
+  explicit Flags(const LoweredProblem& problem);
+  void evaluate(const LoweredProblem& problem, const double* parameters, FunctionWorkspace& w);
+  const std::vector<double>& active(StageKind stage, RowKind kind) const {
+    return active_[static_cast<std::size_t>(stage) * 3 + static_cast<std::size_t>(kind)];
+  }
+
+  std::vector<double> role, charted;  // [blocks]
+
+ private:
+  std::array<std::vector<double>, 5> active_;  // per stage and kind, the terminal stage has no links
+};
+
 }  // namespace palanquin

@@ -7,7 +7,19 @@ namespace palanquin {
 
 // ---- gathering --------------------------------------------------------------------------------
 
+void Gather::separate_copies() {
+  std::unordered_map<int, int> uses;
+  for (const GatherEntry& e : entries) ++uses[e.destination];
+  const auto is_copy = [&](const GatherEntry& e) {
+    return e.source >= 0 && e.slope_a < 0 && e.slope_b < 0 && uses[e.destination] == 1;
+  };
+  for (const GatherEntry& e : entries)
+    if (is_copy(e)) copies.push_back({e.destination, e.source});
+  std::erase_if(entries, is_copy);
+}
+
 void Gather::add(const double* source, const double* slopes, double* destination) const {
+  for (const Copy& c : copies) destination[c.destination] = source[c.source];
   for (const GatherEntry& e : entries) {
     double value = e.source < 0 ? 1.0 : source[e.source];
     if (e.slope_a >= 0) value *= slopes[e.slope_a];
@@ -32,7 +44,7 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
     return a.column != b.column ? a.column < b.column : a.row < b.row;
   });
   block.begin(rows);
-  gather.entries.clear();
+  gather = {};
   std::size_t next = 0;
   for (int column = 0; column < cols; ++column) {
     int last_row = -1;
@@ -46,6 +58,7 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
     }
     block.end_column();
   }
+  gather.separate_copies();
 }
 
 }  // namespace
@@ -143,9 +156,10 @@ void build_rows(const Sparsity& pattern, const ColumnMap& columns, const std::ve
   assemble(std::move(terms), static_cast<int>(rows.size()), columns.nw(), block, gather);
 }
 
-/// T'HT for a lower triangle H, as a lower triangle with its whole diagonal.
-void build_hessian(const Sparsity& pattern, const ColumnMap& columns, SparseBlock& block,
-                   Gather& gather) {
+/// T'HT for a lower triangle H, as a lower triangle with its whole diagonal, or with every entry
+/// when it is to be `dense`.
+void build_hessian(const Sparsity& pattern, const ColumnMap& columns, bool dense,
+                   SparseBlock& block, Gather& gather) {
   std::vector<Term> terms;
   for (int j = 0; j < pattern.cols; ++j)
     for (int n = pattern.column_start[j]; n < pattern.column_start[j + 1]; ++n) {
@@ -159,7 +173,9 @@ void build_hessian(const Sparsity& pattern, const ColumnMap& columns, SparseBloc
             terms.push_back({b->column, a->column, n, b->slope, a->slope});
         }
     }
-  for (int c = 0; c < columns.nw(); ++c) terms.push_back({c, c, kStructural, -1, -1});
+  for (int c = 0; c < columns.nw(); ++c)
+    for (int r = c; r < (dense ? columns.nw() : c + 1); ++r)
+      terms.push_back({r, c, kStructural, -1, -1});
   assemble(std::move(terms), columns.nw(), columns.nw(), block, gather);
 }
 
@@ -167,6 +183,7 @@ void build_gradient(int ndz, const ColumnMap& columns, Gather& gather) {
   for (int j = 0; j < ndz; ++j)
     for (const auto* e = columns.begin(j); e != columns.end(j); ++e)
       gather.entries.push_back({e->column, j, e->slope, -1});
+  gather.separate_copies();
 }
 
 /// Rows of the next state: the lowered dynamics, then a copy for every carried block.
@@ -250,7 +267,11 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
   const LoweredFunction& linear = running ? problem_->running_linear : problem_->terminal_linear;
   const int first = running ? 6 : 3;  // gradient, Hessian, equality and inequality Jacobians
   build_gradient(problem_->ndz(), columns, shape->gradient);
-  build_hessian(linear.result(first + 1), columns, stage.hessian, shape->hessian);
+  const bool dense = exact_ != nullptr;
+  build_hessian(linear.result(first + 1), columns, dense, stage.hessian, shape->hessian);
+  if (exact_ != nullptr)
+    build_hessian((running ? exact_->running : exact_->terminal).result(0), columns, dense,
+                  stage.hessian, shape->exact_hessian);
 
   const auto& equalities = problem_->rows(knot.stage, RowKind::Equality);
   const auto& inequalities = problem_->rows(knot.stage, RowKind::Inequality);

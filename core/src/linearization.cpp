@@ -141,11 +141,19 @@ void Transcription::update_initial_state(const RowMatrix& trajectory) {
   state_difference(*problem_, measured_.data(), trajectory.row(0).data(), qp_.initial_state.data());
 }
 
+const double* Transcription::slopes(int knot) const {
+  return buffers_[static_cast<std::size_t>(knot)].slopes.data();
+}
+
 Evaluation Transcription::evaluate(const RowMatrix& trajectory) {
   resolve_shapes();
   pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
     evaluate_knot(thread, knot, trajectory, false);
   });
+  return summarize(trajectory);
+}
+
+Evaluation Transcription::summarize(const RowMatrix& trajectory) {
   Evaluation total;
   double squared = 0.0;
   auto residual = [&](double value) {

@@ -18,7 +18,7 @@ ThreadPool::~ThreadPool() {
   for (std::thread& worker : workers_) worker.join();
 }
 
-void ThreadPool::parallel_for(int count, const std::function<void(int, int)>& body) {
+void ThreadPool::run(int count, const std::function<void(int, int)>& body) {
   if (!workers_.empty()) {
     body_ = &body;
     count_ = count;

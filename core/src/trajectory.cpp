@@ -56,7 +56,12 @@ void shift(const LoweredProblem& problem, MatrixView trajectory, VectorView spac
     throw std::invalid_argument("shift: elapsed is " + std::to_string(elapsed) +
                                 "; it must be a non-negative number of seconds");
   const Eigen::Index horizon = trajectory.rows() - 1;
-  if (!(spacing.head(horizon).minCoeff() > 0.0))
+  if (horizon < 1 || trajectory.cols() != problem.nz() || spacing.size() < horizon)
+    throw std::invalid_argument("shift: a trajectory of shape [" +
+                                std::to_string(trajectory.rows()) + ", " +
+                                std::to_string(trajectory.cols()) + "] and " +
+                                std::to_string(spacing.size()) + " spacings do not fit");
+  if (!(spacing.head(horizon).array() > 0.0).all())
     throw std::invalid_argument("shift: every knot spacing must be positive");
 
   // The interval of the old plan that holds `time`, and how far into it; the last one extrapolates.

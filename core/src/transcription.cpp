@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "knot_buffers.hpp"
 #include "palanquin/core/manifold.hpp"
 
 namespace palanquin {
+
+namespace {
+constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no direction
+}
 
 Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem) {
   auto resize = [](std::vector<double>& v, int size) { v.assign(static_cast<std::size_t>(size), 0.0); };
@@ -32,12 +37,14 @@ Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem) {
 }
 
 Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
-                             int threads)
+                             int threads, std::shared_ptr<const ExactHessian> exact)
     : problem_(std::move(problem)),
+      exact_(std::move(exact)),
       horizon_(horizon),
       form_(form),
-      table_(*problem_),
-      pool_(threads) {
+      table_(*problem_, exact_.get()),
+      pool_(threads),
+      flags_(std::make_unique<Flags>(*problem_)) {
   if (horizon < 1)
     throw std::invalid_argument("horizon is " + std::to_string(horizon) + "; at least 1 is needed");
   const auto knots = static_cast<std::size_t>(horizon + 1);
@@ -58,6 +65,11 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
          {&problem_->structure, &problem_->chart, &problem_->running, &problem_->running_linear,
           &problem_->terminal, &problem_->terminal_linear, &problem_->link, &problem_->link_linear})
       f->prepare(w);
+  if (exact_ != nullptr) {
+    exact_buffers_.assign(knots, ExactBuffers(*problem_, *exact_));
+    for (FunctionWorkspace& w : workspaces_)
+      for (const LoweredFunction* f : {&exact_->running, &exact_->terminal}) f->prepare(w);
+  }
   step_buffer_.resize(static_cast<std::size_t>(problem_->ndz()));
 }
 
@@ -125,7 +137,7 @@ void Transcription::set_measured(VectorView measured) {
     const auto value = measured.segment(b.offset, b.size);
     if (!value.allFinite())
       throw std::invalid_argument("measured '" + b.name + "' holds a value that is not finite");
-    if (b.is_quaternion && value.norm() < 1e-6)
+    if (b.is_quaternion && value.norm() < kZeroNorm)
       throw std::invalid_argument("measured '" + b.name + "' is a quaternion of norm zero");
   }
   measured_ = measured;
@@ -135,58 +147,49 @@ void Transcription::set_measured(VectorView measured) {
 
 // ---- roles ------------------------------------------------------------------------------------
 
+Transcription::Flags::Flags(const LoweredProblem& problem)
+    : role(problem.blocks().size()), charted(problem.blocks().size()) {
+  for (StageKind stage : {StageKind::Running, StageKind::Terminal})
+    for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link})
+      if (const auto i = static_cast<std::size_t>(stage) * 3 + static_cast<std::size_t>(kind);
+          i < active_.size())
+        active_[i].resize(problem.rows(stage, kind).size());
+}
+
+void Transcription::Flags::evaluate(const LoweredProblem& problem, const double* parameters,
+                                    FunctionWorkspace& w) {
+  w.arguments[0] = parameters;
+  w.results[0] = role.data();
+  w.results[1] = charted.data();
+  for (std::size_t i = 0; i < active_.size(); ++i) w.results[i + 2] = active_[i].data();
+  problem.structure(w);
+}
+
 void Transcription::resolve_signatures() {
   const auto& blocks = problem_->blocks();
-  std::vector<double> role(blocks.size()), charted(blocks.size());
-  std::array<std::vector<double>, 5> active;
-  const std::array<std::pair<StageKind, RowKind>, 5> order = {
-      {{StageKind::Running, RowKind::Equality},
-       {StageKind::Running, RowKind::Inequality},
-       {StageKind::Running, RowKind::Link},
-       {StageKind::Terminal, RowKind::Equality},
-       {StageKind::Terminal, RowKind::Inequality}}};
-  for (std::size_t i = 0; i < order.size(); ++i)
-    active[i].resize(problem_->rows(order[i].first, order[i].second).size());
-
-  FunctionWorkspace& w = workspaces_.front();
   for (int k = 0; k <= horizon_; ++k) {
-    w.arguments[0] = parameters_at(k);
-    w.results[0] = role.data();
-    w.results[1] = charted.data();
-    for (std::size_t i = 0; i < active.size(); ++i) w.results[i + 2] = active[i].data();
-    problem_->structure(w);
-
+    flags_->evaluate(*problem_, parameters_at(k), workspaces_.front());
     KnotSignature& s = signatures_[static_cast<std::size_t>(k)];
-    const KnotSignature* before = k > 0 ? &signatures_[static_cast<std::size_t>(k - 1)] : nullptr;
-    const bool terminal = k == horizon_;
-    s.stage = terminal ? StageKind::Terminal : StageKind::Running;
+    s.stage = k == horizon_ ? StageKind::Terminal : StageKind::Running;
     s.role.resize(blocks.size());
     s.charted.resize(blocks.size());
     for (std::size_t b = 0; b < blocks.size(); ++b) {
-      Role r = static_cast<Role>(static_cast<int>(role[b]));
-      s.charted[b] = charted[b] != 0.0 && form_ == Form::Reduced;
-      if (!blocks[b].is_state && terminal) {
-        r = Role::Absent;
-      } else if (!blocks[b].is_state && form_ == Form::Paper) {
-        r = Role::Input;
-      } else if (r == Role::Carried) {
-        // A chain that starts before the horizon, or at a block held at zero, is known throughout.
-        const bool known = before == nullptr || before->role[b] == Role::Fixed ||
-                           before->role[b] == Role::Absent;
-        if (known) r = Role::Fixed;
-        if (before != nullptr) s.charted[b] = before->charted[b];
-      }
-      if (r == Role::Fixed || r == Role::Absent || r == Role::State) s.charted[b] = 0;
-      s.role[b] = r;
+      s.role[b] = resolve_role(k, b);
+      // A carried block moves in the coordinates of the knot where its chain begins.
+      const bool is_charted =
+          s.role[b] == Role::Carried ? signatures_[static_cast<std::size_t>(k - 1)].charted[b] != 0
+                                     : flags_->charted[b] != 0.0;
+      const bool has_columns = s.role[b] == Role::Input || s.role[b] == Role::Local ||
+                               s.role[b] == Role::Carried;
+      s.charted[b] = is_charted && has_columns && form_ == Form::Reduced;
     }
-    const std::size_t first = terminal ? 3 : 0;
-    for (std::size_t i = 0; i < 3; ++i) {
-      const bool exists = !terminal || i < 2;
-      const auto& groups = problem_->rows(s.stage, static_cast<RowKind>(i));
-      s.active[i].resize(groups.size());
-      for (std::size_t g = 0; exists && g < groups.size(); ++g)
-        s.active[i][g] = active[first + i][g] != 0.0 &&
-                         !(groups[g].implied && form_ == Form::Reduced);
+    for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link}) {
+      const auto& groups = problem_->rows(s.stage, kind);
+      auto& active = s.active[static_cast<std::size_t>(kind)];
+      active.resize(groups.size());
+      for (std::size_t g = 0; g < groups.size(); ++g)
+        active[g] = flags_->active(s.stage, kind)[g] != 0.0 &&
+                    !(groups[g].implied && form_ == Form::Reduced);
     }
   }
   // What the next knot carries must meet the dynamics here: a local becomes an input.
@@ -199,28 +202,67 @@ void Transcription::resolve_signatures() {
     }
 }
 
+/// The role of a block at a knot, those of the knot before being resolved.
+Role Transcription::resolve_role(int knot, std::size_t b) const {
+  const BlockInfo& block = problem_->blocks()[b];
+  if (block.is_state) return Role::State;
+  const double code = flags_->role[b];
+  if (!(code == 0.0 || code == 1.0 || code == 2.0 || code == 3.0))
+    throw std::invalid_argument("role of '" + block.name + "' at knot " + std::to_string(knot) +
+                                " is " + std::to_string(code) +
+                                "; it must be 0 (input), 1 (carried), 2 (local) or 3 (absent)");
+  if (knot == horizon_) return Role::Absent;
+  if (form_ == Form::Paper) return Role::Input;
+  const auto role = static_cast<Role>(static_cast<int>(code));
+  if (role != Role::Carried) return role;
+  // A chain that starts before the horizon, or at a block held at zero, is known throughout.
+  if (knot == 0) return Role::Fixed;
+  const Role before = signatures_[static_cast<std::size_t>(knot - 1)].role[b];
+  return before == Role::Fixed || before == Role::Absent ? Role::Fixed : Role::Carried;
+}
+
 void Transcription::resolve_shapes() {
   if (!shapes_stale_) return;
   shapes_stale_ = false;
   for (int k = 0; k <= horizon_; ++k) {
     const auto i = static_cast<std::size_t>(k);
     const KnotSignature& s = signatures_[i];
-    const KnotShape& shape = table_.find(k > 0 ? &signatures_[i - 1] : nullptr, s,
-                                         k < horizon_ ? &signatures_[i + 1] : nullptr,
-                                         is_hard_[static_cast<int>(s.stage)]);
-    shapes_[i] = &shape;
-    QpStage& stage = qp_.stages[i];
-    if (stage.pattern == shape.id) continue;
-    stage = shape.pattern;
-    const auto& groups = problem_->rows(s.stage, RowKind::Inequality);
-    std::size_t g = 0;
-    for (std::size_t row = 0; row < shape.penalty_rows.size(); ++row) {
-      while (shape.penalty_rows[row] >= groups[g].offset + groups[g].size) ++g;
-      stage.penalty_policy[row] = policies_[static_cast<int>(s.stage)][g];
-    }
+    shapes_[i] = &table_.find(k > 0 ? &signatures_[i - 1] : nullptr, s,
+                              k < horizon_ ? &signatures_[i + 1] : nullptr,
+                              is_hard_[static_cast<int>(s.stage)]);
+  }
+  idle_.resize(table_.size());
+  for (int k = 0; k <= horizon_; ++k) {
+    QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
+    if (stage.pattern >= 0 && stage.pattern != shape(k).id)
+      idle_[static_cast<std::size_t>(stage.pattern)].push_back(std::move(stage));
+  }
+  for (int k = 0; k <= horizon_; ++k) {
+    QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
+    if (stage.pattern == shape(k).id) continue;
+    take_on(stage, shape(k));
     ++qp_.structure_revision;
   }
   qp_.initial_state.resize(qp_.stages.front().nx);
+}
+
+/// Gives a knot's stage the patterns of its shape: those of a stage that had it before, so that
+/// a moving gait does not allocate, or a copy.
+void Transcription::take_on(QpStage& stage, const KnotShape& shape) {
+  auto& idle = idle_[static_cast<std::size_t>(shape.id)];
+  if (idle.empty()) {
+    stage = shape.pattern;
+  } else {
+    stage = std::move(idle.back());
+    idle.pop_back();
+  }
+  const StageKind kind = shape.signature.stage;
+  const auto& groups = problem_->rows(kind, RowKind::Inequality);
+  std::size_t g = 0;
+  for (std::size_t row = 0; row < shape.penalty_rows.size(); ++row) {
+    while (shape.penalty_rows[row] >= groups[g].offset + groups[g].size) ++g;
+    stage.penalty_policy[row] = policies_[static_cast<int>(kind)][g];
+  }
 }
 
 // ---- projection -------------------------------------------------------------------------------
@@ -254,7 +296,12 @@ void Transcription::project(RowMatrix& trajectory) const {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       const BlockInfo& info = blocks[b];
       auto value = trajectory.row(k).segment(info.offset, info.size);
-      if (info.is_quaternion && value.norm() > 0.0) value.normalize();
+      if (info.is_quaternion) {
+        if (value.norm() < kZeroNorm)
+          throw std::invalid_argument("'" + info.name + "' at knot " + std::to_string(k) +
+                                      " is a quaternion of norm zero");
+        value.normalize();
+      }
       if (s.role[b] == Role::Absent) value.setZero();
       if (s.role[b] == Role::Fixed || s.role[b] == Role::Carried) {
         if (k == 0)
@@ -273,8 +320,8 @@ void Transcription::place_initial_state(RowMatrix& trajectory) const {
     auto value = trajectory.row(0).segment(b.offset, b.size);
     const auto measured = measured_.segment(b.offset, b.size).transpose();
     // The sign rule of De Vincenti and Coros, section IV-A: stay on the warm start's side.
-    const bool flip = b.is_quaternion && value.dot(measured) < 0.0;
-    value = flip ? -measured.eval() : measured.eval();
+    const double side = b.is_quaternion && value.dot(measured) < 0.0 ? -1.0 : 1.0;
+    value = side * measured;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "palanquin/core/exact_hessian.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/sparse_block.hpp"
 #include "palanquin/core/stage_qp.hpp"
@@ -36,7 +37,16 @@ struct GatherEntry {
 
 /// How the values of a reduced matrix follow from those of a lowered result and the chart's slopes.
 struct Gather {
-  std::vector<GatherEntry> entries;
+  /// A value that is one source value and nothing else: most of them.
+  struct Copy {
+    int destination;
+    int source;
+  };
+  std::vector<Copy> copies;
+  std::vector<GatherEntry> entries;  ///< all others
+
+  /// Moves what can be copied from `entries` to `copies`; call once when the recipe is complete.
+  void separate_copies();
   /// Adds to `destination`, which the caller has set to zero.
   void add(const double* source, const double* slopes, double* destination) const;
 };
@@ -85,14 +95,16 @@ struct KnotShape {
   std::vector<int> inequality_rows;
   std::vector<int> link_rows;
 
-  Gather dynamics, implicit, hessian, gradient;
+  Gather dynamics, implicit, hessian, exact_hessian, gradient;
   Gather equality, initial_link, penalty, inequality, link_previous, link;
 };
 
 /// Makes and keeps the shapes that a problem has met.
 class ShapeTable {
  public:
-  explicit ShapeTable(const LoweredProblem& problem) : problem_(&problem) {}
+  /// With `exact`, Hessians get a dense pattern, and a recipe for exact values besides.
+  explicit ShapeTable(const LoweredProblem& problem, const ExactHessian* exact = nullptr)
+      : problem_(&problem), exact_(exact) {}
 
   /// The shape of a knot between its neighbours (null at the ends of the horizon). `is_hard` has a
   /// flag per inequality group of the knot's stage. Allocates only when the combination is new.
@@ -108,6 +120,7 @@ class ShapeTable {
                                   const KnotSignature* next, const std::vector<char>& is_hard) const;
 
   const LoweredProblem* problem_;
+  const ExactHessian* exact_;
   std::unordered_map<std::vector<char>, std::unique_ptr<KnotShape>, KeyHash> shapes_;
   std::vector<char> key_;
 };

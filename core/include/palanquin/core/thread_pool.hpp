@@ -21,9 +21,13 @@ class ThreadPool {
 
   /// Calls body(thread, i) for i in [0, count), thread t taking i with i % size() == t, and returns
   /// when all are done. `body` must not throw.
-  void parallel_for(int count, const std::function<void(int, int)>& body);
+  template <typename Body>
+  void parallel_for(int count, const Body& body) {
+    run(count, std::cref(body));  // a reference fits into std::function without allocation
+  }
 
  private:
+  void run(int count, const std::function<void(int, int)>& body);
   void work(int thread);
 
   std::vector<std::thread> workers_;

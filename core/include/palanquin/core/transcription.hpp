@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "palanquin/core/exact_hessian.hpp"
 #include "palanquin/core/knot_shape.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/stage_qp.hpp"
@@ -45,8 +46,11 @@ struct RowViolation {
 /// it uses `threads` threads inside.
 class Transcription {
  public:
+  /// `exact` is needed by use_exact_hessians() alone. Throws std::invalid_argument for horizon < 1
+  /// or threads < 1.
   Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
-                int threads = 1);
+                int threads = 1, std::shared_ptr<const ExactHessian> exact = nullptr);
+  ~Transcription();
 
   const LoweredProblem& problem() const { return *problem_; }
   int horizon() const { return horizon_; }
@@ -58,7 +62,7 @@ class Transcription {
   Policy policy(const std::string& family) const;
 
   /// Copies the parameters [N + 1, np] and resolves roles. Throws std::invalid_argument that names
-  /// parameter and knot when a value is not finite.
+  /// parameter or block and knot when a value is not finite or a role does not exist.
   void set_parameters(MatrixView parameters);
 
   /// Copies the measured knot vector [nz]: states at knot 0, other blocks' values before it.
@@ -68,7 +72,8 @@ class Transcription {
   const Eigen::VectorXd& measured() const { return measured_; }
 
   /// Makes `trajectory` [N + 1, nz] consistent with roles: fixed and carried blocks copied, absent
-  /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is not touched.
+  /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is otherwise not
+  /// touched. Throws std::invalid_argument for a wrong shape or a quaternion of norm zero.
   void project(RowMatrix& trajectory) const;
   /// Sets the states of x_0 to the measured ones, on the guess's side of every quaternion.
   void place_initial_state(RowMatrix& trajectory) const;
@@ -78,15 +83,24 @@ class Transcription {
   /// Only the QP's initial state, for a state that was measured after linearize().
   void update_initial_state(const RowMatrix& trajectory);
 
+  /// Replaces the Hessians that linearize() made at `trajectory` by those of the stages' Lagrangians
+  /// with the given multipliers, penalties' slopes included, each made positive semidefinite by
+  /// CurvatureMirror. Curvature of link rows is left out. Call it on the heels of linearize().
+  void use_exact_hessians(const RowMatrix& trajectory, const StageQpSolution& multipliers);
+
   /// Adds `weight` to every diagonal entry of the QP's Hessians, until the next linearize().
   void regularize(double weight);
 
   Evaluation evaluate(const RowMatrix& trajectory);
+  /// As evaluate(), of the trajectory that linearize() or evaluate() has just seen.
+  Evaluation summarize(const RowMatrix& trajectory);
   /// to = from (+) alpha * solution, charts applied.
   void step(const RowMatrix& from, const StageQpSolution& solution, double alpha,
             RowMatrix& to);
 
   const StageQp& qp() const { return qp_; }
+  /// Slopes of the charts at a knot of the last linearize(), for ColumnMap::expand.
+  const double* slopes(int knot) const;
   const KnotShape& shape(int knot) const { return *shapes_[static_cast<std::size_t>(knot)]; }
 
   /// Largest violation per inequality family, in physical units (RowGroup::scale).
@@ -96,17 +110,25 @@ class Transcription {
 
  private:
   struct KnotBuffers;  // results of the lowered functions at one knot
+  struct ExactBuffers;
+  struct Flags;  // results of the lowered function `structure`
 
   void resolve_signatures();
+  Role resolve_role(int knot, std::size_t block) const;
   void resolve_shapes();
+  void take_on(QpStage& stage, const KnotShape& shape);
   void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
   void fill_stage(int knot, const RowMatrix& trajectory);
+  void set_multipliers(int knot, const StageQpSolution& multipliers);
+  void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
   void embed(RowMatrix& trajectory, int knot, FunctionWorkspace& workspace, double* slopes) const;
   double defect(int knot, const RowMatrix& trajectory, double* rows) const;
+  bool is_finite(int knot) const;
   NonFinite find_non_finite() const;
   const double* parameters_at(int knot) const { return parameters_.row(knot).data(); }
 
   std::shared_ptr<const LoweredProblem> problem_;
+  std::shared_ptr<const ExactHessian> exact_;
   int horizon_;
   Form form_;
   std::vector<Policy> policies_[2];  // per inequality group of running and terminal stages
@@ -119,14 +141,14 @@ class Transcription {
   ShapeTable table_;
   std::vector<const KnotShape*> shapes_;
   StageQp qp_;
+  std::vector<std::vector<QpStage>> idle_;  // per shape, stages that no knot uses at the moment
 
   mutable ThreadPool pool_;
   mutable std::vector<FunctionWorkspace> workspaces_;
   std::vector<KnotBuffers> buffers_;
-  std::vector<double> step_buffer_, slope_buffer_;
-
- public:
-  ~Transcription();
+  std::vector<ExactBuffers> exact_buffers_;
+  std::unique_ptr<Flags> flags_;
+  std::vector<double> step_buffer_;
 };
 
 }  // namespace palanquin
