@@ -25,6 +25,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("min_infeasibility", &LineSearchSettings::min_infeasibility)
       .def_rw("infeasibility_decrease", &LineSearchSettings::infeasibility_decrease)
       .def_rw("cost_decrease", &LineSearchSettings::cost_decrease)
+      .def_rw("cost_resolution", &LineSearchSettings::cost_resolution)
       .def_rw("armijo", &LineSearchSettings::armijo)
       .def_rw("contraction", &LineSearchSettings::contraction)
       .def_rw("min_step", &LineSearchSettings::min_step);
@@ -74,6 +75,7 @@ void bind_settings(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("qp", &SqpSettings::qp)
       .def_rw("form", &SqpSettings::form)
+      .def_rw("hessian", &SqpSettings::hessian)
       .def_rw("threads", &SqpSettings::threads)
       .def_rw("max_iterations", &SqpSettings::max_iterations)
       .def_rw("cost_tolerance", &SqpSettings::cost_tolerance)
@@ -97,6 +99,9 @@ void bind_settings(nb::module_& m) {
 
 void bind_results(nb::module_& m) {
   nb::enum_<Form>(m, "Form").value("REDUCED", Form::Reduced).value("PAPER", Form::Paper);
+  nb::enum_<HessianKind>(m, "HessianKind", "Which second derivatives the QP has; see sqp.hpp.")
+      .value("GAUSS_NEWTON", HessianKind::GaussNewton)
+      .value("EXACT", HessianKind::Exact);
   nb::enum_<Status>(m, "Status", "Why a solve stopped.")
       .value("NOT_SOLVED", Status::NotSolved)
       .value("CONVERGED", Status::Converged)
@@ -158,11 +163,20 @@ void bind_solvers(nb::module_& m) {
       .def(
           "__init__",
           [](Sqp* self, std::shared_ptr<LoweredProblem> problem, int horizon,
-             const SqpSettings& settings) { new (self) Sqp(std::move(problem), horizon, settings); },
-          "problem"_a, "horizon"_a, "settings"_a)
+             const SqpSettings& settings, const std::string& exact_library) {
+            auto exact = exact_library.empty() ? nullptr
+                                               : std::make_shared<const ExactHessian>(exact_library);
+            new (self) Sqp(std::move(problem), horizon, settings, std::move(exact));
+          },
+          "problem"_a, "horizon"_a, "settings"_a, "exact_library"_a = "")
       .def("set_policy", &Sqp::set_policy, "family"_a, "policy"_a)
       .def("solve", &Sqp::solve, "parameters"_a, "measured"_a, "guess"_a,
            nb::call_guard<nb::gil_scoped_release>())
+      .def("prepare", &Sqp::prepare, "parameters"_a, "predicted"_a, "guess"_a,
+           nb::call_guard<nb::gil_scoped_release>())
+      .def("feedback", &Sqp::feedback, "measured"_a, nb::call_guard<nb::gil_scoped_release>())
+      .def_prop_ro("feedback_ms", &Sqp::feedback_ms)
+      .def("feedback_gain", &Sqp::feedback_gain)
       .def_prop_ro("status", &Sqp::status)
       .def_prop_ro("message", &Sqp::message)
       .def_prop_ro("trajectory", [](const Sqp& s) { return RowMatrix(s.trajectory()); })

@@ -6,5 +6,6 @@ namespace palanquin {
 
 void bind_core(nanobind::module_& m);
 void bind_solvers(nanobind::module_& m);
+void bind_stage_qp(nanobind::module_& m);
 
 }  // namespace palanquin

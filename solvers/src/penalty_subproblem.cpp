@@ -52,7 +52,22 @@ PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& so
   segment_->start(qp, solution.w);
   model_.resize(qp);
   segment_->expand(model_);
-  return run(qp, solver, solution, true);
+  return run(qp, solver, solution, true, false);
+}
+
+QpStatus PenaltySubproblem::prepare(const StageQp& qp, QpSolver& solver,
+                                    StageQpSolution& solution) {
+  solution.resize(qp);
+  for (Eigen::VectorXd& w : solution.w) w.setZero();
+  segment_->start(qp, solution.w);
+  model_.resize(qp);
+  segment_->expand(model_);
+  return solver.prepare(qp, model_);
+}
+
+PenaltySubproblemResult PenaltySubproblem::finish(const StageQp& qp, QpSolver& solver,
+                                                  StageQpSolution& solution) {
+  return run(qp, solver, solution, true, true);
 }
 
 PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& solver,
@@ -60,18 +75,20 @@ PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& so
                                                  StageQpSolution& solution) {
   segment_->start(qp, solution.w);
   model_ = first_model;
-  return run(qp, solver, solution, false);
+  return run(qp, solver, solution, false, false);
 }
 
 PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solver,
-                                               StageQpSolution& solution, bool is_model_local) {
+                                               StageQpSolution& solution, bool is_model_local,
+                                               bool is_prepared) {
   PenaltySubproblemResult result;
   double steepest = 0.0;  // |phi'| among the iterations so far
   while (!result.converged && result.iterations < settings_.max_inner_iterations) {
     // (1) The minimiser of the QP with the penalties' quadratics.
     candidate_ = solution;
-    const QpStatus status = result.iterations == 0 ? solver.solve(qp, model_, candidate_)
-                                                   : solver.resolve(qp, model_, candidate_);
+    const QpStatus status = result.iterations > 0 ? solver.resolve(qp, model_, candidate_)
+                            : is_prepared         ? solver.finish(qp, model_, candidate_)
+                                                  : solver.solve(qp, model_, candidate_);
     ++result.iterations;
     result.update_ms += solver.update_ms();
     result.solve_ms += solver.solve_ms();

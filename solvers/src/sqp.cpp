@@ -17,15 +17,56 @@ const SqpSettings& checked(const SqpSettings& settings) {
     throw std::invalid_argument(reason);
   return settings;
 }
+
+/// "block 'x' (knot 3)" of the first value that is not finite; empty if all are.
+std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& trajectory) {
+  if (trajectory.allFinite()) return "";
+  for (Eigen::Index k = 0; k < trajectory.rows(); ++k)
+    for (const BlockInfo& b : problem.blocks())
+      if (!trajectory.row(k).segment(b.offset, b.size).allFinite())
+        return "block '" + b.name + "' (knot " + std::to_string(k) + ")";
+  return "";
+}
+
+/// Which row the back end does not take, and what does.
+std::string explain_unsupported(const Transcription& transcription, const QpSolver& solver) {
+  const LoweredProblem& problem = transcription.problem();
+  const auto takers = [](bool QpCapabilities::*kind) {
+    std::string names;
+    for (std::string_view name : qp_solver_names())
+      if (make_qp_solver(name)->capabilities().*kind)
+        names += (names.empty() ? "'" : ", '") + std::string(name) + "'";
+    return names;
+  };
+  const std::string start = "the QP back end '" + std::string(solver.name()) + "' does not take ";
+  for (int k = 0; k <= transcription.horizon(); ++k) {
+    const KnotShape& shape = transcription.shape(k);
+    const StageKind stage = shape.signature.stage;
+    if (!solver.capabilities().inequality_rows && !shape.inequality_rows.empty())
+      return start + "hard inequalities such as " +
+             problem.row_name(stage, RowKind::Inequality, shape.inequality_rows.front(), k) +
+             "; give the family a penalty, or use " + takers(&QpCapabilities::inequality_rows);
+    if (!solver.capabilities().link_rows && !shape.link_rows.empty())
+      return start + "rows over two knots such as " +
+             problem.row_name(stage, RowKind::Link, shape.link_rows.front(), k) + "; use " +
+             takers(&QpCapabilities::link_rows);
+  }
+  return start + "rows of this problem";
+}
 }  // namespace
 
-Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings)
+Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
+         std::shared_ptr<const ExactHessian> exact)
     : settings_(checked(settings)),
-      transcription_(std::move(problem), horizon, settings.form, settings.threads),
+      transcription_(std::move(problem), horizon, settings.form, settings.threads,
+                     settings.hessian == HessianKind::Exact ? exact : nullptr),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
       subproblem_(settings.subproblem) {
+  if (settings.hessian == HessianKind::Exact && exact == nullptr)
+    throw std::invalid_argument("sqp.hessian is exact, which needs the problem's \"exact\" library");
   trial_ = iterate_ = neutral_trajectory(transcription_.problem(), horizon);
-  history_.reserve(static_cast<std::size_t>(settings.max_iterations));
+  history_.reserve(static_cast<std::size_t>(std::min(settings.max_iterations, 1000)));
+  message_.reserve(256);
 }
 
 void Sqp::set_policy(const std::string& family, const Policy& policy) {
@@ -35,15 +76,55 @@ void Sqp::set_policy(const std::string& family, const Policy& policy) {
 Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
   if (!start(parameters, measured, guess)) return status_;
   while (status_ == Status::NotSolved) {
-    history_.push_back(iterate());
-    const IterationRecord& last = history_.back();
+    IterationRecord record;
+    if (linearize(record)) take_step(record, false);
+    history_.push_back(record);
     if (status_ != Status::NotSolved) break;
-    if (is_converged(last))
+    if (is_converged(record))
       finish(Status::Converged, "predicted decrease and residuals are within tolerance");
     else if (static_cast<int>(history_.size()) == settings_.max_iterations)
       finish(Status::IterationLimit, "all iterations were taken");
   }
   return status_;
+}
+
+bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess) {
+  is_prepared_ = false;
+  if (!start(parameters, predicted, guess)) return false;
+  prepared_ = {};
+  if (!linearize(prepared_)) return false;
+  Stopwatch watch;
+  prepared_.qp_status = subproblem_.prepare(transcription_.qp(), *qp_solver_, solution_);
+  prepared_.times.update = watch.lap_ms();
+  is_prepared_ = true;
+  return true;
+}
+
+Status Sqp::feedback(VectorView measured) {
+  if (!is_prepared_) throw std::logic_error("feedback: nothing was prepared");
+  is_prepared_ = false;
+  Stopwatch watch;
+  transcription_.set_measured(measured);
+  transcription_.update_initial_state(iterate_);
+  IterationRecord record = prepared_;
+  take_step(record, is_usable(prepared_.qp_status));
+  history_.push_back(record);
+  if (status_ == Status::NotSolved) finish(Status::IterationLimit, "all iterations were taken");
+  feedback_ms_ = watch.lap_ms();
+  return status_;
+}
+
+Eigen::MatrixXd Sqp::feedback_gain() const {
+  const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
+  if (gain.size() == 0) return {};
+  const ColumnMap& columns = transcription_.shape(0).columns;
+  Eigen::MatrixXd expanded(transcription_.problem().ndz(), gain.cols());
+  Eigen::VectorXd w = Eigen::VectorXd::Zero(columns.nw());
+  for (Eigen::Index j = 0; j < gain.cols(); ++j) {
+    w.segment(columns.nx, columns.nu) = gain.col(j);
+    columns.expand(w.data(), transcription_.slopes(0), expanded.col(j).data());
+  }
+  return expanded;
 }
 
 /// Takes over the inputs; false when a function is not finite at the guess.
@@ -56,29 +137,38 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   transcription_.set_measured(measured);
   iterate_ = guess;
   transcription_.project(iterate_);
-  if (!iterate_.allFinite()) {
-    finish(Status::NonFinite, "the guess holds values that are not finite");
+  if (const std::string where = find_non_finite(transcription_.problem(), iterate_);
+      !where.empty()) {
+    finish(Status::NonFinite, "the guess is not finite in " + where);
     return false;
   }
   transcription_.place_initial_state(iterate_);
   return true;
 }
 
-IterationRecord Sqp::iterate() {
-  IterationRecord record;
-  // 1. Linearise.
+/// Step 1. False when a function is not finite.
+bool Sqp::linearize(IterationRecord& record) {
   Stopwatch watch;
   const NonFinite bad = transcription_.linearize(iterate_);
   record.times.linearize = watch.lap_ms();
   if (bad.found) {
     finish(Status::NonFinite, bad.message);
-    return record;
+    return false;
   }
-  evaluation_ = transcription_.evaluate(iterate_);
+  if (settings_.hessian == HessianKind::Exact) {
+    solution_.resize(transcription_.qp());
+    transcription_.use_exact_hessians(iterate_, solution_);
+    record.times.linearize += watch.lap_ms();
+  }
+  evaluation_ = transcription_.summarize(iterate_);
   record.times.globalize = watch.lap_ms();
+  return true;
+}
 
-  // 2. and 3. Solve and step, a second time with a proximal term when the plain step fails.
-  if (!try_step(record, 0.0) && !try_step(record, settings_.regularization)) {
+/// Steps 2 and 3, a second time with a proximal term when the plain step fails.
+void Sqp::take_step(IterationRecord& record, bool is_prepared) {
+  if (!try_step(record, 0.0, is_prepared) &&
+      !try_step(record, settings_.regularization, false)) {
     record.step = StepKind::Rejected;
     const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
                           evaluation_.inequality_max <= settings_.equality_tolerance;
@@ -93,23 +183,25 @@ IterationRecord Sqp::iterate() {
   record.cost = evaluation_.cost;
   record.penalty = evaluation_.penalty;
   record.equality_max = evaluation_.equality_max;
-  return record;
 }
 
-bool Sqp::try_step(IterationRecord& record, double regularization) {
+bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepared) {
   Stopwatch watch;
   if (regularization > 0.0) transcription_.regularize(regularization);
   const StageQp& qp = transcription_.qp();
   solution_.resize(qp);
   for (Eigen::VectorXd& w : solution_.w) w.setZero();
-  const double cost_before = evaluate_cost(qp, solution_.w);
-  const PenaltySubproblemResult result = subproblem_.solve(qp, *qp_solver_, solution_);
+  const PenaltySubproblemResult result =
+      is_prepared ? subproblem_.finish(qp, *qp_solver_, solution_)
+                  : subproblem_.solve(qp, *qp_solver_, solution_);
   record.qp_status = result.status;
   record.inner_iterations += result.iterations;
   record.times.update += result.update_ms;
   record.times.solve += watch.lap_ms() - result.update_ms;
+  if (result.status == QpStatus::Unsupported)
+    throw std::invalid_argument(explain_unsupported(transcription_, *qp_solver_));
   if (!is_usable(result.status)) return false;
-  record.predicted = evaluate_cost(qp, solution_.w) - cost_before;
+  record.predicted = result.predicted_change;
 
   const bool accepted = search_step(record);
   record.times.globalize += watch.lap_ms();
@@ -128,7 +220,8 @@ bool Sqp::search_step(IterationRecord& record) {
     const bool accepted =
         trial_evaluation_.is_finite &&
         (!settings_.globalize ||
-         is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted));
+         (is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted) &&
+          !(alpha == 1.0 && is_cycle(trial))));
     if (!accepted) continue;
     iterate_.swap(trial_);
     evaluation_ = trial_evaluation_;
@@ -139,6 +232,20 @@ bool Sqp::search_step(IterationRecord& record) {
   return false;
 }
 
+/// Whether a full step would lead back to where the iteration was two steps ago: two linearisations
+/// that send each other to and fro, which the filter does not see.
+bool Sqp::is_cycle(const Merit& trial) const {
+  if (history_.size() < 2) return false;
+  const IterationRecord& before = history_[history_.size() - 2];
+  const auto equal = [](double a, double b) {
+    return std::abs(a - b) <= 1e-9 * std::max(1.0, std::abs(b));
+  };
+  const IterationRecord& last = history_.back();
+  const double scale = std::max(1.0, std::abs(trial.cost));
+  const bool has_moved = std::abs(last.cost + last.penalty - trial.cost) > 1e-6 * scale;
+  return has_moved && equal(trial.cost, before.cost + before.penalty);
+}
+
 bool Sqp::is_converged(const IterationRecord& record) const {
   const double scale = std::max(1.0, std::abs(evaluation_.total()));
   return record.step == StepKind::Full &&
@@ -147,9 +254,9 @@ bool Sqp::is_converged(const IterationRecord& record) const {
          evaluation_.inequality_max <= settings_.equality_tolerance;
 }
 
-void Sqp::finish(Status status, std::string message) {
+void Sqp::finish(Status status, std::string_view message) {
   status_ = status;
-  message_ = std::move(message);
+  message_ = message;
 }
 
 PhaseTimes Sqp::times() const {
@@ -192,6 +299,7 @@ std::string LineSearchSettings::explain_invalid() const {
       .positive("min_infeasibility", min_infeasibility)
       .positive("infeasibility_decrease", infeasibility_decrease)
       .positive("cost_decrease", cost_decrease)
+      .not_negative("cost_resolution", cost_resolution)
       .positive("armijo", armijo)
       .check(contraction > 0.0 && contraction < 1.0, "contraction", contraction, "in (0, 1)")
       .check(min_step > 0.0 && min_step <= 1.0, "min_step", min_step, "in (0, 1]")

@@ -51,12 +51,18 @@ class PenaltySubproblem {
   PenaltySubproblemResult solve(const StageQp& qp, QpSolver& solver,
                                 const PenaltyModel& first_model, StageQpSolution& solution);
 
+  /// `solve` from w = 0 in two phases, for a QP whose initial state is not known yet: `prepare`
+  /// expands the penalties and lets `solver` prepare, `finish` solves. Between them nothing in `qp`
+  /// but the initial state may change.
+  QpStatus prepare(const StageQp& qp, QpSolver& solver, StageQpSolution& solution);
+  PenaltySubproblemResult finish(const StageQp& qp, QpSolver& solver, StageQpSolution& solution);
+
   /// The penalties expanded about the last solution.
   const PenaltyModel& model() const { return model_; }
 
  private:
   PenaltySubproblemResult run(const StageQp& qp, QpSolver& solver, StageQpSolution& solution,
-                              bool is_model_local);
+                              bool is_model_local, bool is_prepared);
 
   PenaltySubproblemSettings settings_;
   std::unique_ptr<class PenaltySegment> segment_;

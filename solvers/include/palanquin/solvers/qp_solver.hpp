@@ -49,6 +49,22 @@ class QpSolver {
     return solve(qp, model, solution);
   }
 
+  /// `solve` in two phases: `prepare` does all that does not need qp.initial_state, `finish` the
+  /// rest. Between them nothing in `qp` but the initial state may change. A back end that cannot
+  /// divide the work leaves all of it to `finish`.
+  virtual QpStatus prepare(const StageQp& qp, const PenaltyModel& model) {
+    static_cast<void>(qp), static_cast<void>(model);
+    return QpStatus::Solved;
+  }
+  virtual QpStatus finish(const StageQp& qp, const PenaltyModel& model,
+                          StageQpSolution& solution) {
+    return solve(qp, model, solution);
+  }
+
+  /// du_0/dx_0 of the last solution [nu_0 x nx_0], penalties as in the last model; empty where the
+  /// back end does not know it.
+  virtual Eigen::MatrixXd feedback_gain() const { return {}; }
+
   /// Milliseconds of the last solve: value update with (re)factorisation, and the rest.
   double update_ms() const { return update_ms_; }
   double solve_ms() const { return solve_ms_; }

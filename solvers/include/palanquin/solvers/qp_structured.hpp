@@ -52,6 +52,18 @@ class StructuredQpSolver final : public QpSolver {
   QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
                    StageQpSolution& solution) override;
 
+  /// factorize, and feedback from qp.initial_state; the gain is input_gain(0).
+  QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {
+    return factorize(qp, model);
+  }
+  QpStatus finish(const StageQp& qp, const PenaltyModel& model,
+                  StageQpSolution& solution) override {
+    static_cast<void>(model);
+    update_ms_ = 0.0;
+    return feedback(qp.initial_state, solution);
+  }
+  Eigen::MatrixXd feedback_gain() const override { return input_gain(0); }
+
   /// Steps (1) to (5). `qp` must live, unchanged, until the last feedback. Throws
   /// std::invalid_argument if a block's dimensions contradict its knot's.
   QpStatus factorize(const StageQp& qp, const PenaltyModel& model);

@@ -13,10 +13,17 @@
 
 namespace palanquin {
 
+/// Which second derivatives the QP has.
+enum class HessianKind {
+  GaussNewton,  ///< 2 J'WJ of the residuals; positive semidefinite without further ado
+  Exact,        ///< of the stages' Lagrangians, see Transcription::use_exact_hessians
+};
+
 /// Settings of the SQP method.
 struct SqpSettings {
   std::string qp = "structured";    ///< QP back end, one of qp_solver_names()
   Form form = Form::Reduced;
+  HessianKind hessian = HessianKind::GaussNewton;
   int threads = 1;                  ///< for evaluating and linearising knots
   int max_iterations = 50;          ///< 1: real-time iteration
   double cost_tolerance = 1e-9;     ///< predicted decrease relative to the cost (or to 1)
@@ -67,7 +74,7 @@ struct IterationRecord {
 ///
 /// One iteration, in order:
 ///   1. linearise all knots at the iterate: dynamics and rows to first order, cost to second
-///      (Gauss-Newton for residuals);
+///      (Gauss-Newton for residuals, or the Lagrangian's with the multipliers of the last QP);
 ///   2. solve the QP with its penalties kept exact by semismooth Newton (PenaltySubproblem); with
 ///      `subproblem.max_inner_iterations` = 1 each penalty is its expansion at the iterate, as in
 ///      the paper;
@@ -79,16 +86,34 @@ struct IterationRecord {
 /// not allocate once the patterns have been seen.
 class Sqp {
  public:
-  /// Throws std::invalid_argument for invalid settings, horizon < 1 or an unknown back end.
-  Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings);
+  /// `exact` is needed for exact Hessians. Throws std::invalid_argument for invalid settings,
+  /// horizon < 1, an unknown back end, or exact Hessians without their functions.
+  Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
+      std::shared_ptr<const ExactHessian> exact = nullptr);
 
   void set_policy(const std::string& family, const Policy& policy);
 
   /// Solves from `guess` [N + 1, nz] for `parameters` [N + 1, np] and the `measured` knot [nz]
   /// (states at knot 0; other blocks as they were before it). The result is in trajectory().
-  /// Throws std::invalid_argument for wrong shapes and non-finite input; numerical failure is a
-  /// status.
+  /// Throws std::invalid_argument for wrong shapes, non-finite input, and rows that the QP back end
+  /// does not take; numerical failure is a status.
   Status solve(MatrixView parameters, VectorView measured, MatrixView guess);
+
+  /// One real-time iteration in two phases (Diehl et al. 2005). `prepare` linearises around
+  /// `guess`, whose x_0 is the `predicted` knot's, and does all of the QP's work that does not need
+  /// the measurement. `feedback` takes the `measured` knot, of which only the states may differ
+  /// from `predicted`, and answers with a plan; feedback_ms() says how long that took. Returns
+  /// false, with the reason in status() and message(), when there is nothing to feed back.
+  /// `feedback` throws std::logic_error without a preparation; both throw as `solve`.
+  bool prepare(MatrixView parameters, VectorView predicted, MatrixView guess);
+  Status feedback(VectorView measured);
+  double feedback_ms() const { return feedback_ms_; }
+
+  /// First-order feedback around the last solution: dz_0 = K dx_0, where dx_0 [ndx] is a change of
+  /// the measured states in the tangent space and dz_0 [ndz] that of the first knot (rows of
+  /// states and of fixed and absent blocks are zero). For controllers faster than the planner.
+  /// Empty when the QP back end gives none (only "structured" does).
+  Eigen::MatrixXd feedback_gain() const;
 
   Status status() const { return status_; }
   /// Which test stopped the solve, in words.
@@ -107,11 +132,13 @@ class Sqp {
 
  private:
   bool start(MatrixView parameters, VectorView measured, MatrixView guess);
-  IterationRecord iterate();
-  bool try_step(IterationRecord& record, double regularization);
+  bool linearize(IterationRecord& record);
+  void take_step(IterationRecord& record, bool is_prepared);
+  bool try_step(IterationRecord& record, double regularization, bool is_prepared);
   bool search_step(IterationRecord& record);
+  bool is_cycle(const Merit& trial) const;
   bool is_converged(const IterationRecord& record) const;
-  void finish(Status status, std::string message);
+  void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
   Transcription transcription_;
@@ -123,6 +150,9 @@ class Sqp {
   Status status_ = Status::NotSolved;
   std::string message_;
   std::vector<IterationRecord> history_;
+  IterationRecord prepared_;
+  bool is_prepared_ = false;
+  double feedback_ms_ = 0.0;
 };
 
 }  // namespace palanquin

@@ -1,0 +1,136 @@
+#include <nanobind/eigen/dense.h>
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <stdexcept>
+
+#include "bindings.hpp"
+#include "palanquin/core/stage_qp.hpp"
+#include "palanquin/core/transcription.hpp"
+#include "palanquin/solvers/qp_factory.hpp"
+#include "palanquin/solvers/qp_structured.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palanquin {
+
+namespace {
+
+/// The whole of a symmetric matrix of which `triangle` stores one half.
+Eigen::MatrixXd symmetric(const SparseBlock& triangle) {
+  const Eigen::MatrixXd half = triangle.dense();
+  Eigen::MatrixXd full = half + half.transpose();
+  full.diagonal() = half.diagonal();
+  return full;
+}
+
+template <SparseBlock QpStage::*block>
+Eigen::MatrixXd dense(const QpStage& stage) {
+  return (stage.*block).dense();
+}
+
+const QpStage& stage_at(const StageQp& qp, int knot) {
+  if (knot < 0 || knot > qp.horizon())
+    throw std::out_of_range("knot is " + std::to_string(knot) + "; 0 to " +
+                            std::to_string(qp.horizon()) + " exist");
+  return qp.stages[static_cast<std::size_t>(knot)];
+}
+
+const StageQp& linearize(Transcription& transcription, const RowMatrix& trajectory) {
+  const NonFinite bad = transcription.linearize(trajectory);
+  if (bad.found) throw std::invalid_argument(bad.message);
+  return transcription.qp();
+}
+
+double structured_flops(const StageQp& qp) {
+  PenaltyModel model;
+  model.resize(qp);
+  StructuredQpSolver solver;
+  if (!is_usable(solver.factorize(qp, model)))
+    throw std::runtime_error("the structured solver cannot factorise this QP");
+  return solver.flops();
+}
+
+void bind_stage(nb::module_& m) {
+  nb::class_<QpStage>(m, "QpStage", "One knot of a StageQp, matrices as dense copies.")
+      .def_ro("nx", &QpStage::nx)
+      .def_ro("nu", &QpStage::nu)
+      .def_ro("nl", &QpStage::nl)
+      .def_prop_ro("nw", &QpStage::nw)
+      .def_prop_ro("dynamics", &dense<&QpStage::dynamics>)
+      .def_prop_ro("implicit", &dense<&QpStage::implicit>)
+      .def_ro("offset", &QpStage::offset)
+      .def_prop_ro("hessian", [](const QpStage& s) { return symmetric(s.hessian); })
+      .def_ro("gradient", &QpStage::gradient)
+      .def_prop_ro("penalty_jacobian", &dense<&QpStage::penalty_jacobian>)
+      .def_ro("penalty_value", &QpStage::penalty_value)
+      .def_prop_ro("equality_jacobian", &dense<&QpStage::equality_jacobian>)
+      .def_ro("equality_value", &QpStage::equality_value)
+      .def_prop_ro("inequality_jacobian", &dense<&QpStage::inequality_jacobian>)
+      .def_ro("inequality_value", &QpStage::inequality_value)
+      .def_prop_ro("link_previous", &dense<&QpStage::link_previous>)
+      .def_prop_ro("link_jacobian", &dense<&QpStage::link_jacobian>)
+      .def_ro("link_value", &QpStage::link_value);
+}
+
+}  // namespace
+
+void bind_stage_qp(nb::module_& m) {
+  bind_stage(m);
+  nb::class_<StageQp>(m, "StageQp", "The QP of an SQP step; see stage_qp.hpp.")
+      .def_prop_ro("horizon", &StageQp::horizon)
+      .def_ro("initial_state", &StageQp::initial_state)
+      .def("stage", &stage_at, "knot"_a, nb::rv_policy::reference_internal);
+  nb::class_<PenaltyModel>(m, "PenaltyModel", "A quadratic for each penalty of a StageQp.")
+      .def(
+          "__init__",
+          [](PenaltyModel* self, const StageQp& qp) {
+            new (self) PenaltyModel;
+            self->resize(qp);
+            StageQpSolution zero;
+            zero.resize(qp);
+            self->expand(qp, zero.w);
+          },
+          "qp"_a, "Expands the penalties about the QP's origin.")
+      .def_ro("slope", &PenaltyModel::slope)
+      .def_ro("curvature", &PenaltyModel::curvature);
+  nb::class_<StageQpSolution>(m, "StageQpSolution", "A primal-dual point of a StageQp.")
+      .def(
+          "__init__",
+          [](StageQpSolution* self, const StageQp& qp) {
+            new (self) StageQpSolution;
+            self->resize(qp);
+          },
+          "qp"_a, "The origin.")
+      .def_ro("w", &StageQpSolution::w);
+  nb::class_<QpSolver>(m, "QpSolver", "A QP back end; see qp_solver.hpp.")
+      .def(
+          "solve",
+          [](QpSolver& solver, const StageQp& qp, const PenaltyModel& model,
+             StageQpSolution& solution) {
+            return std::string(to_string(solver.solve(qp, model, solution)));
+          },
+          "qp"_a, "model"_a, "solution"_a)
+      .def_prop_ro("update_ms", &QpSolver::update_ms)
+      .def_prop_ro("solve_ms", &QpSolver::solve_ms);
+  m.def(
+      "make_qp_solver",
+      [](const std::string& name, const QpSettings& settings) {
+        return make_qp_solver(name, settings);
+      },
+      "name"_a, "settings"_a = QpSettings{});
+  m.def("linearize", &linearize, "transcription"_a, "trajectory"_a,
+        nb::rv_policy::reference, nb::keep_alive<0, 1>(),
+        "The StageQp at a trajectory [N + 1, nz]; valid until the next linearisation.");
+  m.def(
+      "kernel_level",
+      [] { return std::string(to_string(resolve_kernel_level(KernelLevel::Automatic))); },
+      "Processor level that the structured solver's kernels run at by default.");
+  m.def("structured_flops", &structured_flops, "qp"_a,
+        "Floating-point operations of one structured solve; see StructuredQpSolver::flops.");
+}
+
+}  // namespace palanquin
