@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import typer
 from rich.console import Console
@@ -29,6 +30,16 @@ def reported_errors() -> Iterator[None]:
     except (PalanquinError, ValueError, OSError) as error:
         err.print(f"[red]error:[/red] {_escaped(error)}")
         raise typer.Exit(BAD_INPUT) from error
+
+
+def check_writable(option: str, file: Path | None) -> None:
+    """Refuses an unusable output file before the work is done, not after it."""
+    if file is None:
+        return
+    if file.is_dir():
+        raise ValueError(f"{option} {file} is a folder; a file name is needed")
+    if not file.absolute().parent.is_dir():
+        raise ValueError(f"{option} {file}: there is no folder {file.absolute().parent}")
 
 
 class _ConsoleHandler(logging.Handler):

@@ -10,7 +10,14 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+from palanquin.cli.console import (
+    NOT_SOLVED,
+    check_writable,
+    err,
+    out,
+    reported_errors,
+    show_progress_of_lowering,
+)
 
 
 class Solver(StrEnum):
@@ -44,7 +51,7 @@ def solve(
     from palanquin.problems.clm.solve import CaseResult, solve_case
 
     with reported_errors():
-        _check_writable(file)
+        check_writable("--out", file)
         problem = load_case(case)
         show_progress_of_lowering()
         result: CaseResult = solve_case(problem, solver.value, qp, iterations, penalty, starts)
@@ -56,16 +63,6 @@ def solve(
         worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
         err.print(f"not solved: {figures['message']}; worst rows: {worst}", markup=False)
         raise typer.Exit(NOT_SOLVED)
-
-
-def _check_writable(file: Path | None) -> None:
-    """Refuses an unusable output path before the solve, not after it."""
-    if file is None:
-        return
-    if file.is_dir():
-        raise ValueError(f"--out {file} is a folder; a file name is needed")
-    if not file.absolute().parent.is_dir():
-        raise ValueError(f"--out {file}: there is no folder {file.absolute().parent}")
 
 
 def _summary(name: str, figures: dict) -> Table:  # type: ignore[type-arg]
