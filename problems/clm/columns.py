@@ -31,17 +31,17 @@ class Columns:
     @staticmethod
     def of(lowered: Lowered, team: Team) -> Columns:
         """The columns of a lowered CLM problem."""
-        index = lowered.wrap(np.arange(lowered.core.nz))
+        index = lowered.wrap(np.arange(lowered.core.nz, dtype=float))
 
         def limbs(part: str) -> np.ndarray:
-            return np.array([[index[f"{r}.{limb}.{part}"] for limb in FEET] for r in team.robots])
+            rows = [[index[f"{r}.{limb}.{part}"] for limb in FEET] for r in team.robots]
+            return np.array(rows, dtype=int)
 
-        hand = [[index[f"{r}.hand.{part}"] for part in ("force", "torque")] for r in team.robots]
+        states = [np.concatenate([index[f"{b}.{part}"] for part in PARTS]) for b in team.bodies]
+        hands = [[index[f"{r}.hand.{part}"] for part in ("force", "torque")] for r in team.robots]
         return Columns(
-            bodies=np.array(
-                [np.concatenate([index[f"{b}.{part}"] for part in PARTS]) for b in team.bodies]
-            ),
+            bodies=np.array(states, dtype=int),
             feet=limbs("foot"),
             forces=limbs("force"),
-            wrenches=np.array(hand).reshape(-1, 6),
+            wrenches=np.array(hands, dtype=int).reshape(-1, 6),
         )

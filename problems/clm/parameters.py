@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 
@@ -15,7 +15,15 @@ from palanquin.problems.clm.team import Team
 from palanquin.problems.modules.weights import Weights
 from palanquin.problems.terrains import Terrain
 
-Arrays = Mapping[str, np.ndarray]
+
+class Arrays(Protocol):
+    """Arrays by name, such as a `NamedArray` or a dict."""
+
+    def __getitem__(self, name: str, /) -> np.ndarray:
+        """The array called `name`."""
+
+    def __contains__(self, name: str, /) -> bool:
+        """Whether there is one."""
 
 
 def set_references(params: Arrays, team: Team, references: References) -> None:
