@@ -1,0 +1,93 @@
+"""The receding-horizon planner: its columns, its warm starts, its clock."""
+
+import numpy as np
+import pytest
+
+from palanquin.errors import ProblemError
+from palanquin.plan import Status
+from palanquin.problems import clm
+from palanquin.problems.clm.columns import Columns
+from palanquin.problems.clm.planner import Planner
+from palanquin.problems.robots import FEET
+
+COMMAND = clm.Velocity(0.4)
+DT = 1 / 30
+
+
+@pytest.fixture(scope="module")
+def flat_problem():
+    carriers = (clm.Carrier("left", (0.0, 0.6, 0.0)), clm.Carrier("right", (0.0, -0.6, 0.0)))
+    return clm.build_clm(clm.Team(clm.Payload(), carriers))
+
+
+@pytest.fixture
+def planner(flat_problem):
+    return Planner(flat_problem)
+
+
+def test_columns_are_those_of_the_named_blocks(planner):
+    z = planner.lowered.trajectory()
+    z.values[:] = np.random.default_rng(0).normal(size=z.values.shape)
+    columns = Columns.of(planner.lowered, planner.team)
+    bodies, feet, forces, wrenches = (
+        z.values[:, part]
+        for part in (columns.bodies, columns.feet, columns.forces, columns.wrenches)
+    )
+    np.testing.assert_array_equal(bodies[:, 0, :3], z["payload.position"])
+    np.testing.assert_array_equal(bodies[:, 2, 3:7], z["right.orientation"])
+    np.testing.assert_array_equal(bodies[:, 1, 10:], z["left.angular_velocity"])
+    for f, limb in enumerate(FEET):
+        np.testing.assert_array_equal(feet[:, 1, f], z[f"right.{limb}.foot"])
+        np.testing.assert_array_equal(forces[:, 0, f], z[f"left.{limb}.force"])
+    np.testing.assert_array_equal(wrenches[:, 1, :3], z["right.hand.force"])
+    np.testing.assert_array_equal(wrenches[:, 1, 3:], z["right.hand.torque"])
+
+
+def test_settling_converges_from_cold(planner):
+    plan = planner.settle(0.0, planner.nominal_state(), COMMAND).plan
+    assert plan.status == Status.CONVERGED
+    assert plan.equality_violation < 1e-8
+
+
+def test_feet_that_stand_at_the_start_stay_where_they_were_measured(planner):
+    state = planner.nominal_state()
+    state.feet[..., :2] += 0.01
+    plan = planner.solve(0.0, state, COMMAND)
+    standing = plan.contacts[0]
+    assert standing.any()
+    assert not standing.all()
+    np.testing.assert_array_equal(plan.feet[0][standing], state.feet[standing])
+
+
+def test_newly_standing_feet_start_with_a_share_of_the_weight(planner):
+    state = planner.nominal_state()
+    last = planner.settle(0.0, state, COMMAND)
+    contacts, _ = planner._contacts(7 * DT)
+    guess = planner._shifted(last, 7 * DT, contacts)
+    force = guess.values[:, planner.columns.forces][..., 2]
+    assert (force[contacts] > 1.0).all()
+
+
+def test_a_warm_start_is_a_plan_that_barely_changes(planner):
+    state = planner.nominal_state()
+    planner.settle(0.0, state, COMMAND)
+    again = planner.solve(0.0, state, COMMAND).plan
+    assert again.status == Status.CONVERGED
+    assert again.equality_violation < 1e-8
+
+
+def test_the_reference_moves_with_time_not_with_solves(planner):
+    state = planner.nominal_state()
+    for time in (0.0, 0.0, 0.1, 0.25):
+        planner.solve(time, state, clm.Velocity(0.4, 0.0, 0.2))
+    assert planner.reference[2] == pytest.approx(0.05)
+    assert 0.0999 * 0.9 < planner.reference[0] < 0.1001
+
+
+def test_time_does_not_go_back(planner):
+    state = planner.nominal_state()
+    planner.solve(1.0, state, COMMAND)
+    with pytest.raises(ProblemError, match=r"time is 0.5 s; the last plan was made at 1.0 s"):
+        planner.solve(0.5, state, COMMAND)
+    with pytest.raises(ProblemError, match="time is nan"):
+        planner.solve(float("nan"), state, COMMAND)
