@@ -39,7 +39,7 @@ def _plot_tracking(axes: Axes, rollout: Rollout) -> None:
         axes.plot(rollout.time, error[:, i + 1], color=robot_colour(i), label=robot.name)
     axes.set_ylabel("position error (cm)")
     axes.set_ylim(bottom=0)
-    axes.legend(ncols=5, frameon=False)
+    _add_legend(axes)
 
 
 def _plot_solve_time(axes: Axes, rollout: Rollout) -> None:
@@ -50,7 +50,7 @@ def _plot_solve_time(axes: Axes, rollout: Rollout) -> None:
         period = 1e3 * float(np.median(np.diff(rollout.time)))
         axes.axhline(period, color="tab:red", linestyle="--", linewidth=1, label="period")
     axes.set_ylabel("time per solve (ms)")
-    axes.legend(ncols=5, frameon=False, fontsize="small")
+    _add_legend(axes)
 
 
 def _plot_violation(axes: Axes, rollout: Rollout) -> None:
@@ -58,4 +58,9 @@ def _plot_violation(axes: Axes, rollout: Rollout) -> None:
     for name, values in families.items():
         axes.semilogy(rollout.time, np.maximum(values, _FLOOR), linewidth=1.2, label=name)
     axes.set_ylabel(f"worst violation (at least {_FLOOR:g})")
-    axes.legend(ncols=4, frameon=False, fontsize="small")
+    _add_legend(axes)
+
+
+def _add_legend(axes: Axes) -> None:
+    """In one row above the axes, where it hides nothing."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=8, frameon=False, fontsize="small")

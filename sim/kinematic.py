@@ -3,6 +3,7 @@
 No physics: the poses are the planner's, and the joints are what reaches its feet and hands.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,12 +60,14 @@ def track(
     frame_rate: float = 60.0,
     apex_height: float = APEX_HEIGHT,
     scene: Scene | None = None,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> KinematicTrajectory:
     """Joint motion that shows `rollout` at `frame_rate` (Hz).
 
     Bodies are interpolated linearly between ticks (orientations on the manifold), swing feet
-    follow cubic splines of `apex_height` (m), hands stay on their grasp points. Raises InputError
-    for a frame rate or apex height that is not positive.
+    follow cubic splines of `apex_height` (m), hands stay on their grasp points. `progress` is
+    called with the share done, from 0 to 1. Raises InputError for a frame rate or apex height that
+    is not positive.
     """
     for name, value in (("frame_rate", frame_rate), ("apex_height", apex_height)):
         if not value > 0:
@@ -101,6 +104,7 @@ def track(
             qpos[f, columns] = angles
             foot_error[f, i], hand_error[f, i] = solution.error[:4], solution.error[4]
             at_limit[f, i] = solution.at_limit
+            progress((i + (f + 1) / frames) / robots)
     return KinematicTrajectory(scene, time, qpos, foot_error, hand_error, at_limit)
 
 

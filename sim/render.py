@@ -28,10 +28,14 @@ class Renderer:
         width: int,
         height: int,
         camera: str,
+        smooth: bool,
     ) -> None:
         self._trajectory, self._rollout = trajectory, rollout
         model = trajectory.scene.model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
+        model.vis.quality.shadowsize, model.vis.quality.offsamples = (
+            (4096, 4) if smooth else (2048, 0)
+        )
         self._data = mujoco.MjData(model)
         self._scene = mujoco.MjvScene(model, maxgeom=4000)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = 1
@@ -77,8 +81,12 @@ def open_renderer(
     width: int = 1280,
     height: int = 720,
     camera: str = "follow",
+    smooth: bool = True,
 ) -> Iterator[Renderer]:
     """A renderer of `width` by `height` pixels through one of the scene's cameras.
+
+    Not `smooth`, edges are jagged and shadows coarser, and a processor that draws by itself needs a
+    third of the time.
 
     Raises GraphicsError where nothing can be drawn, InputError for a bad size or camera.
     """
@@ -89,7 +97,7 @@ def open_renderer(
     if camera not in cameras:
         raise InputError(f"camera: {camera!r} is not one of {', '.join(cameras)}")
     with offscreen_context(width, height):
-        renderer = Renderer(trajectory, rollout, width, height, camera)
+        renderer = Renderer(trajectory, rollout, width, height, camera, smooth)
         try:
             yield renderer
         finally:
@@ -119,7 +127,7 @@ def render_video(
     width: int = 960,
     height: int = 540,
     camera: str = "follow",
-    frame_rate: int = 25,
+    frame_rate: int = 20,
     progress: Callable[[float], None] = lambda share: None,
 ) -> None:
     """Write an H.264 MP4 of the whole trajectory in real time.
@@ -131,7 +139,7 @@ def render_video(
     start, end = trajectory.time[0], trajectory.time[-1]
     times = np.arange(start, end + 1e-9, 1 / frame_rate)
     with (
-        open_renderer(trajectory, rollout, width, height, camera) as renderer,
+        open_renderer(trajectory, rollout, width, height, camera, smooth=False) as renderer,
         av.open(str(path), "w") as container,
     ):
         stream = container.add_stream("libx264", rate=Fraction(frame_rate))

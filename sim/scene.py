@@ -72,7 +72,6 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
         width=256,
         height=256,
     )
-    spec.visual.quality.shadowsize, spec.visual.quality.offsamples = 4096, 4
     spec.visual.quality.numslices, spec.visual.quality.numstacks = 20, 10
     spec.visual.headlight.ambient[:] = (0.34, 0.34, 0.35)
     spec.visual.headlight.diffuse[:] = (0.22, 0.22, 0.22)
