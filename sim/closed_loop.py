@@ -16,6 +16,8 @@ SOLVER_PHASES = ("linearize", "update", "solve", "globalize")
 PHASES = ("prepare", *SOLVER_PHASES)
 """Where the time of a plan goes: references, parameters and warm start, then the solver's work."""
 
+MOST_TICKS = 50_000
+"""Of a run: its record takes about 12 kB a tick."""
 
 Command = Callable[[float], Velocity]
 """The commanded velocity as a function of time (s)."""
@@ -35,7 +37,8 @@ def run(
     The first plan converges before the clock starts: the team still stands and has the time. From
     then on each tick gets one call of `Planner.solve`. A foot that lands stays where the plan put
     it until it lifts off. A plan that is not usable is the last one, shifted by the time that has
-    passed: the loop goes on with it, and its status stands in the rollout.
+    passed: the loop goes on with it, and its status stands in the rollout. The run ends early when
+    the model's state has left the finite numbers.
 
     Args:
         planner: plans from a measured state; not used before.
@@ -52,7 +55,7 @@ def run(
     ticks = number_of_ticks(duration, period)
     builder = RolloutBuilder(
         scene_team,
-        planner.dt * np.arange(planner.horizon + 1),
+        planner.dt * np.arange(planner.horizon + 1, dtype=np.float64),
         capacity=ticks,
         phases=PHASES,
         violation=tuple(planner.lowered.policies),
@@ -69,6 +72,8 @@ def run(
             feet_after(planner, plan, state.feet, time + period),
         )
         progress(tick + 1)
+        if not np.isfinite(state.bodies).all():
+            break
     return builder.build()
 
 
@@ -78,8 +83,11 @@ def number_of_ticks(duration: float, period: float) -> int:
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name}: {value} s must be positive and finite")
     ticks = round(duration / period)
-    if ticks < 1:
-        raise InputError(f"duration: {duration} s is shorter than half a period of {period} s")
+    if not 1 <= ticks <= MOST_TICKS:
+        raise InputError(
+            f"duration: {duration} s has {ticks} periods of {period} s; "
+            f"it must have from 1 to {MOST_TICKS}"
+        )
     return ticks
 
 

@@ -1,0 +1,121 @@
+"""Receding-horizon runs: the payload follows, standing feet stay, any rate and team size works."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palanquin.problems.clm import Velocity
+from palanquin.sim import closed_loop
+from palanquin.sim.errors import InputError
+from palanquin.sim.outcome import outcome
+from palanquin.sim.scenarios import by_name, disturbed
+
+TROT = by_name("trot")
+USABLE = {"converged", "iteration_limit"}
+
+
+def run(rate=30.0, duration=1.0, seed=0, **changes):
+    scenario = replace(TROT, duration=duration, **changes)
+    planner = scenario.planner()
+    start = disturbed(planner.nominal_state(), scenario.terrain, seed)
+    team, command = scenario.scene, scenario.command
+    return closed_loop.run(planner, team, command, duration, 1 / rate, start)
+
+
+def stays(rollout):
+    """How far each foot moves between two ticks at both of which it stands, m."""
+    standing = (rollout.contact[1:] > 0.5) & (rollout.contact[:-1] > 0.5)
+    moved = np.linalg.norm(np.diff(rollout.feet, axis=0), axis=-1)
+    return moved[standing]
+
+
+@pytest.mark.parametrize(
+    ("rate", "changes"),
+    [
+        (30.0, {}),
+        (30.0, {"robots": 1}),
+        (30.0, {"robots": 3}),
+        (50.0, {}),
+        (47.0, {"gait": "pace"}),
+        (20.0, {}),
+        (30.0, {"gait": "pronk"}),
+        (30.0, {"gait": "crawl"}),
+        (30.0, {"velocity": Velocity(0.2, 0.1, 0.2)}),
+        (30.0, {"seed": 5}),
+    ],
+)
+def test_payload_follows_and_standing_feet_stay(rate, changes):
+    rollout = run(rate, **changes)
+    assert len(rollout.time) == round(rate)
+    assert set(rollout.status) <= USABLE
+    result = outcome(rollout, 1.0, 1 / rate)
+    assert result["completed"]
+    assert result["payload_position_error_m"]["max"] < 0.02
+    assert stays(rollout).max() < 1e-12
+    lowest = np.where(rollout.contact > 0.5, rollout.feet[..., 2], 0.0)
+    np.testing.assert_allclose(lowest, 0.0, atol=1e-12)
+
+
+def test_feet_step_forward_as_fast_as_the_payload():
+    rollout = run(duration=2.0)
+    stride = rollout.feet[-1, ..., 0] - rollout.feet[0, ..., 0]
+    np.testing.assert_allclose(stride, 0.4 * rollout.time[-1], atol=0.15)
+
+
+def test_the_first_plan_has_converged_before_the_clock_starts():
+    rollout = run(duration=0.2)
+    assert rollout.status[0] == "converged"
+    assert rollout.equality_violation[0] < 1e-8
+
+
+def test_the_model_moves_as_its_plan_says():
+    # At the knots' own rate the nominal model is the plan's: state 1 of a plan, once its dynamics
+    # rows hold, is the next measurement.
+    rollout = run(duration=0.5)
+    residual = rollout.equality_violation[:-1].max()
+    step = np.abs(rollout.x[1:] - rollout.plan_x[:-1, 1]).max()
+    assert step < 2 * residual + 1e-9
+
+
+def test_a_foot_that_lands_between_ticks_stands_on_the_planned_foothold():
+    scenario = replace(TROT, duration=1.0)
+    planner = scenario.planner()
+    state = planner.nominal_state()
+    plan = planner.settle(0.0, state, scenario.velocity)
+    touchdown = 7 / 30
+    landed = planner.contacts(np.array([touchdown]))[0] & ~plan.contacts[0]
+    assert landed.any()
+    feet = closed_loop.feet_after(planner, plan, state.feet, touchdown + 0.01)
+    np.testing.assert_array_equal(feet[landed], plan.feet[7][landed])
+    np.testing.assert_array_equal(feet[~landed], state.feet[~landed])
+    # At the very touchdown the next plan may still choose.
+    free = closed_loop.feet_after(planner, plan, state.feet, touchdown)
+    np.testing.assert_array_equal(free, state.feet)
+
+
+def test_a_run_that_diverges_ends_early():
+    rollout = run(robots=1, velocity=Velocity(-40.0), duration=3.0)
+    assert len(rollout.time) < 90
+    assert not outcome(rollout, 3.0, 1 / 30)["completed"]
+
+
+def test_progress_counts_ticks():
+    scenario, ticks = replace(TROT, duration=0.1), []
+    planner, team = scenario.planner(), scenario.scene
+    closed_loop.run(planner, team, scenario.command, 0.1, 1 / 30, progress=ticks.append)
+    assert ticks == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("duration", "period", "message"),
+    [
+        (0.0, 0.1, "duration: 0.0 s must be positive"),
+        (1.0, float("nan"), "period: nan s must be positive"),
+        (0.01, 0.1, "has 0 periods of 0.1 s"),
+        (1e7, 0.1, "from 1 to 50000"),
+    ],
+)
+def test_bad_durations_are_refused(duration, period, message):
+    with pytest.raises(InputError, match=message):
+        closed_loop.number_of_ticks(duration, period)

@@ -1,0 +1,82 @@
+"""Figures of a run, on a made-up rollout."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palanquin.problems import quaternions
+from palanquin.sim.outcome import outcome
+
+PERIOD = 1 / 30
+
+
+@pytest.fixture(scope="module")
+def long(make_rollout):
+    """Two seconds whose violations are called as those of the CLM problem."""
+    rollout = make_rollout(ticks=60)
+    ones = np.ones(60)
+    phases = {"prepare": ones, **dict.fromkeys(("linearize", "update", "solve", "globalize"), ones)}
+    return replace(
+        rollout,
+        violation={"leg": 2e-3 * ones, "friction": 30.0 * ones},
+        phases=phases,
+        solve_ms=np.where(np.arange(60) == 7, 40.0, 5.0),
+    )
+
+
+def changed_state(rollout, tick, body, columns, values):
+    x = rollout.x.copy()
+    x.reshape(len(x), -1, 13)[tick, body, columns] = values
+    return replace(rollout, x=x)
+
+
+def test_figures(long):
+    figures = outcome(long, 2.0, PERIOD)
+    assert figures["completed"] is True
+    assert figures["fell"] is False
+    assert figures["duration_s"] == pytest.approx(2.0)
+    assert figures["distance_m"] == pytest.approx(0.4 * 59 / 30, rel=0.2)
+    assert figures["violation"] == {"leg": 2e-3, "friction": 0.3}  # m and 100 N
+    assert figures["solver_ms"] == dict.fromkeys(("p50", "p95", "p99", "max"), 4.0)
+    assert figures["solve_ms"]["max"] == 40.0
+    assert figures["deadline_misses"] == 1
+    assert figures["fallbacks"] == 0
+
+
+def test_payload_errors_count_after_the_first_second(long):
+    early = changed_state(long, 10, 0, 0, 5.0)
+    late = changed_state(long, 40, 0, slice(0, 3), long.reference[40, :3] + [0.03, 0.0, 0.04])
+    before = outcome(long, 2.0, PERIOD)["payload_position_error_m"]
+    assert outcome(early, 2.0, PERIOD)["payload_position_error_m"] == before
+    after = outcome(late, 2.0, PERIOD)["payload_position_error_m"]
+    assert after["max"] == pytest.approx(0.05)
+    assert before["rms"] < after["rms"] < after["max"]
+
+
+def test_a_run_cut_short_is_not_completed(long):
+    assert outcome(long, 3.0, PERIOD)["completed"] is False
+
+
+@pytest.mark.parametrize("body", [0, 1, 2])
+def test_a_body_that_leans_has_fallen(long, body):
+    for degrees, has_fallen in ((28.0, False), (32.0, True)):
+        lean = quaternions.from_rotation_vector(np.radians([degrees, 0.0, 0.0]))
+        figures = outcome(changed_state(long, 20, body, slice(3, 7), lean), 2.0, PERIOD)
+        assert figures["fell"] is has_fallen
+        assert figures["completed"] is not has_fallen
+
+
+def test_turning_about_the_vertical_is_no_fall(long):
+    turned = changed_state(long, 20, 1, slice(3, 7), quaternions.from_yaw(1.5))
+    assert outcome(turned, 2.0, PERIOD)["fell"] is False
+
+
+def test_a_robot_that_sinks_has_fallen(long):
+    assert outcome(changed_state(long, 20, 2, 2, 0.1), 2.0, PERIOD)["fell"] is True
+
+
+def test_unusable_plans_count_as_fallbacks(long):
+    status = long.status.astype("<U20")
+    status[:4] = ["qp_failed", "non_finite", "infeasible", "iteration_limit"]
+    assert outcome(replace(long, status=status), 2.0, PERIOD)["fallbacks"] == 3
