@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import typer
 
+from palanquin.cli.demo import demo
 from palanquin.cli.solve import solve
 
 app = typer.Typer(
@@ -17,6 +18,7 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
 )
 app.command()(solve)
+app.command()(demo)
 
 
 @app.callback()

@@ -1,0 +1,234 @@
+"""`palanquin demo`: a team walks, is watched and measured."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+
+if TYPE_CHECKING:  # imported late, so that --help is quick
+    from palanquin.problems.clm import Velocity
+    from palanquin.sim.rollout import Rollout
+    from palanquin.sim.scenarios import Scenario
+
+
+class Tracking(StrEnum):
+    """How the plan is followed."""
+
+    KINEMATIC = "kinematic"
+    PHYSICS = "physics"
+
+
+def demo(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="The scenario, such as trot.")],
+    robots: Annotated[int | None, typer.Option(help="How many robots carry, 1 to 4.")] = None,
+    gait: Annotated[
+        str | None, typer.Option(help="stand, trot, pace, bound, pronk or crawl.")
+    ] = None,
+    velocity: Annotated[
+        str | None,
+        typer.Option(
+            metavar="VX[,VY[,WZ]]",
+            help="Command to the payload in its heading frame: m/s forward, m/s left, rad/s.",
+        ),
+    ] = None,
+    duration: Annotated[float | None, typer.Option(help="Of the run, s.")] = None,
+    horizon: Annotated[int | None, typer.Option(help="Planned intervals of 1/30 s.")] = None,
+    rate: Annotated[float, typer.Option(help="Plans a second, Hz.")] = 30.0,
+    qp: Annotated[
+        str | None, typer.Option(help="Back end of the SQP's subproblem: structured, ldl, osqp.")
+    ] = None,
+    seed: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Start: 0 stands nominally; from 1 on bodies, velocities and feet are a little "
+            "off, as the seed draws them (2 cm, 0.03 rad, 0.05 m/s).",
+        ),
+    ] = 0,
+    tracking: Annotated[
+        Tracking,
+        typer.Option(help="Inverse kinematics only, or a controller in simulated physics."),
+    ] = Tracking.KINEMATIC,
+    headless: Annotated[
+        bool | None,
+        typer.Option(
+            "--headless/--window",
+            help="Without or with Rerun's viewer at the end; a window if there is a display.",
+        ),
+    ] = None,
+    out_folder: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out"),
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="File for the figures instead.")
+    ] = None,
+    rrd: Annotated[
+        Path | None, typer.Option("--rrd", help="File for the Rerun recording instead.")
+    ] = None,
+    video: Annotated[bool, typer.Option(help="Draw the video.")] = True,
+) -> None:
+    """Walks a team that is planned live, and writes a recording, a picture, a video and figures.
+
+    `palanquin demo trot`: two armed Laikagos trot with a 16 kg beam. The first plan converges
+    before the clock starts, while the robots stand; then each period has one SQP iteration.
+
+    Exit status: 0 completed, 1 not completed, 2 bad input.
+    """
+    with reported_errors():
+        from palanquin.cli.demo_files import DemoFiles
+        from palanquin.sim.kinematic import track
+        from palanquin.sim.outcome import outcome
+        from palanquin.sim.scenarios import by_name
+
+        scenario = _changed(
+            by_name(name),
+            robots=robots,
+            gait=gait,
+            velocity=None if velocity is None else _parse_velocity(velocity),
+            duration=duration,
+            horizon=horizon,
+        )
+        scenario.check_tracking(tracking.value)
+        files = DemoFiles.prepare(name, out_folder, rrd, json_file, video)
+        out.print(scenario.summary)
+        show_progress_of_lowering()
+        with _progress_bars() as bar:
+            rollout, settings = _plan(scenario, rate, qp, seed, bar)
+            trajectory = track(rollout, progress=bar("tracking", 1.0))
+            figures = {
+                "scenario": name,
+                "tracking": tracking.value,
+                "seed": seed,
+                "robots": scenario.robots,
+                "settings": settings,
+                **outcome(rollout, scenario.duration, 1 / rate),
+                "kinematics": trajectory.summary(),
+            }
+            written = files.write(rollout, trajectory, figures, bar("video", 1.0))
+    out.print(_table(f"{name}: {scenario.robots} robots, {scenario.gait}", figures))
+    for kind, path in written.items():
+        out.print(f"{kind}: {path}", markup=False, highlight=False, soft_wrap=True)
+    if not figures["completed"]:
+        err.print(
+            "not completed: " + ("a body fell" if figures["fell"] else "the plan diverged"),
+            markup=False,
+        )
+        raise typer.Exit(NOT_SOLVED)
+    if "recording" in written and not (headless or (headless is None and not _has_display())):
+        _open_viewer(written["recording"])
+
+
+def _changed(scenario: Scenario, **changes: Any) -> Scenario:
+    """The scenario with the options that were given."""
+    return replace(scenario, **{key: v for key, v in changes.items() if v is not None})
+
+
+def _parse_velocity(text: str) -> Velocity:
+    from palanquin.problems.clm import Velocity
+
+    parts = text.split(",")
+    try:
+        return Velocity(*[float(part) for part in parts])
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"--velocity {text}: VX[,VY[,WZ]] is needed, such as 0.4 or 0.3,0,0.2"
+        ) from error
+
+
+def _plan(
+    scenario: Scenario, rate: float, qp: str | None, seed: int, bar: Bars
+) -> tuple[Rollout, dict[str, Any]]:
+    """Runs the planner in closed loop; returns the rollout and the settings it was made with."""
+    from palanquin.sim import closed_loop
+    from palanquin.sim.scenarios import disturbed
+
+    if not 1 <= rate <= 1000:
+        raise ValueError(f"--rate {rate}: it must be from 1 to 1000 Hz")
+    planner = scenario.planner(**({} if qp is None else {"qp": qp}))
+    start = disturbed(planner.nominal_state(), scenario.terrain, seed)
+    ticks = closed_loop.number_of_ticks(scenario.duration, 1 / rate)
+    rollout = closed_loop.run(
+        planner,
+        scenario.scene,
+        scenario.command,
+        scenario.duration,
+        1 / rate,
+        start,
+        bar("planning", ticks),
+    )
+    velocity = scenario.velocity
+    settings = {
+        "gait": scenario.gait,
+        "velocity": [velocity.vx, velocity.vy, velocity.wz],
+        "horizon": scenario.horizon,
+        "dt_s": scenario.dt,
+        "rate_hz": rate,
+        "qp": planner.sqp.settings.qp,
+        "sqp_iterations_per_period": planner.sqp.settings.max_iterations,
+        "threads": planner.sqp.settings.threads,
+    }
+    return rollout, settings
+
+
+Bars = Callable[[str, float], Callable[[float], None]]
+"""Makes a progress bar from what is done and its total; the result takes how much is done."""
+
+
+@contextmanager
+def _progress_bars() -> Iterator[Bars]:
+    columns = TextColumn("{task.description:<9}"), BarColumn(), TaskProgressColumn()
+    with Progress(*columns, TimeRemainingColumn(), console=err, transient=True) as progress:
+
+        def bar(what: str, total: float) -> Callable[[float], None]:
+            task = progress.add_task(what, total=total, visible=False)
+
+            def advance(done: float) -> None:
+                progress.update(task, completed=done, visible=True)
+
+            return advance
+
+        yield bar
+
+
+def _table(title: str, figures: dict[str, Any]) -> Table:
+    error = figures["payload_position_error_m"]
+    table = Table(title=title, show_header=False)
+    table.add_row("completed", "yes" if figures["completed"] else "no")
+    table.add_row(
+        "duration, distance", f"{figures['duration_s']:.1f} s, {figures['distance_m']:.2f} m"
+    )
+    table.add_row(
+        "payload position error after 1 s",
+        f"rms {1e3 * error['rms']:.3g} mm, max {1e3 * error['max']:.3g} mm",
+    )
+    table.add_row("worst violation (m, 100 N)", _listed(figures["violation"], ".2g"))
+    table.add_row("time of a plan, ms", _listed(figures["solve_ms"], ".2f"))
+    table.add_row("the solver's part, ms", _listed(figures["solver_ms"], ".2f"))
+    table.add_row(
+        "deadline misses, fallbacks", f"{figures['deadline_misses']}, {figures['fallbacks']}"
+    )
+    return table
+
+
+def _listed(values: dict[str, float], form: str) -> str:
+    return ", ".join(f"{name} {value:{form}}" for name, value in values.items())
+
+
+def _has_display() -> bool:
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _open_viewer(recording: Path) -> None:
+    """Opens Rerun's viewer in a process of its own."""
+    subprocess.Popen([sys.executable, "-m", "rerun", str(recording)], start_new_session=True)

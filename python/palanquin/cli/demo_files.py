@@ -1,0 +1,84 @@
+"""The files of a demo: figures, recording, picture, video and plots."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from palanquin.cli.console import check_writable, err
+from palanquin.sim.errors import GraphicsError, MissingExtraError
+from palanquin.sim.figures import draw_figures
+from palanquin.sim.kinematic import KinematicTrajectory
+from palanquin.sim.recording import record
+from palanquin.sim.render import render_picture, render_video
+from palanquin.sim.rollout import Rollout
+
+PICTURE_SHARE = 0.62
+"""When in a run the picture is taken, as a share of its duration: under way, mid-stride."""
+
+
+@dataclass(frozen=True)
+class DemoFiles:
+    """Where a demo writes; the video may be left out.
+
+    `recording`, `figures` (JSON), `picture`, `video` and `plots` are the files' paths.
+    """
+
+    recording: Path
+    figures: Path
+    picture: Path
+    video: Path | None
+    plots: Path
+
+    @staticmethod
+    def prepare(
+        name: str, out: Path, rrd: Path | None, figures: Path | None, has_video: bool
+    ) -> DemoFiles:
+        """Files in `out`/`name`, which is created, unless told otherwise.
+
+        Raises ValueError or OSError for a place where nothing can be written.
+        """
+        check_writable("--rrd", rrd)
+        check_writable("--json", figures)
+        if out.exists() and not out.is_dir():
+            raise ValueError(f"--out {out} is a file; a folder is needed")
+        folder = out / name
+        folder.mkdir(parents=True, exist_ok=True)
+        return DemoFiles(
+            recording=rrd or folder / f"{name}.rrd",
+            figures=figures or folder / f"{name}.json",
+            picture=folder / f"{name}.png",
+            video=folder / f"{name}.mp4" if has_video else None,
+            plots=folder / "figures.png",
+        )
+
+    def write(
+        self,
+        rollout: Rollout,
+        trajectory: KinematicTrajectory,
+        figures: dict[str, Any],
+        progress: Callable[[float], None],
+    ) -> dict[str, Path]:
+        """Writes what can be written here and says what can't; returns the files by their kind."""
+        text = json.dumps(figures, indent=2, allow_nan=False)
+        self.figures.write_text(text + "\n", encoding="utf-8")
+        draw_figures(rollout, self.plots)
+        written = {"figures": self.figures, "plots": self.plots}
+        try:
+            record(rollout, trajectory, self.recording)
+            written["recording"] = self.recording
+        except MissingExtraError as error:
+            err.print(f"no recording: {error}", markup=False, style="yellow")
+        try:
+            time = PICTURE_SHARE * trajectory.time[-1]
+            render_picture(trajectory, rollout, self.picture, time)
+            written["picture"] = self.picture
+            if self.video is not None:
+                render_video(trajectory, rollout, self.video, progress=progress)
+                written["video"] = self.video
+        except GraphicsError as error:
+            err.print(f"no picture, no video: {error}", markup=False, style="yellow")
+        return written
