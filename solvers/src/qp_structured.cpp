@@ -111,6 +111,7 @@ int keep_model(const PenaltyModel& model, std::vector<double>& kept) {
 /// Steps (1) to (5) from knot `last` down to the first.
 QpStatus factorize_knots(Workspace& work, const StageQp& qp, const PenaltyModel& model, int last) {
   work.factorized = nullptr;
+  work.clear_locals();
   for (int k = last; k >= 0; --k)
     if (!structured::factorize_knot(work, qp, model, k)) return explain_bad_pivot(qp, model);
   work.factorized = &qp;

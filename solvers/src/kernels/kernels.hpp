@@ -45,6 +45,7 @@ struct LocalGroup {
   const int* run_size;
   const int* local_slot;  ///< [locals]
   const int* local_row;   ///< [locals], kPad times its run plus its place there
+  int factor_offset;      ///< of the group's factor among those of all groups
   /// Doubles of the group's factor.
   int factor_size() const { return locals * (runs + 1) * kPad; }
 };
@@ -55,39 +56,41 @@ struct Table {
 
   /// dst = (src S)' for the columns first .. first + count - 1 of S: dst is [count x rows] with
   /// zero rows up to padded(count). `rows` is a multiple of kPad.
-  void (*multiply_transposed)(int rows, SparseColumns s, int first, int count, const double* src,
-                              int ld_src, double* dst, int ld_dst);
+  void (*multiply_transposed)(int rows, const SparseColumns& s, int first, int count,
+                              const double* src, int ld_src, double* dst, int ld_dst);
 
   /// dst = src S for the columns first .. first + count - 1 of S, column j of dst only from row
   /// j / kPad * kPad on: the lower triangle and what is below it.
-  void (*multiply_lower)(int rows, SparseColumns s, int first, int count, const double* src,
+  void (*multiply_lower)(int rows, const SparseColumns& s, int first, int count, const double* src,
                          int ld_src, double* dst, int ld_dst);
 
   /// a := a (I - N)^{-1}, column by column in `order`: a_c += sum_r a_r N_rc, where the columns r
   /// that N's column c names come before c. Columns of N without entries are not in `order`.
-  void (*substitute)(int rows, SparseColumns n, const int* order, int count, double* a, int ld);
+  void (*substitute)(int rows, const SparseColumns& n, const int* order, int count, double* a,
+                     int ld);
 
   /// Adds J'D J to a symmetric matrix, lower triangle, and J's to a gradient: rows J, weights D,
   /// slopes s. Element (i, j) of the matrix is column[j][i]. Zeros are added up to kPad places
   /// behind a run's first slot, and anything above the diagonal inside a run's own square.
   /// `scratch` holds kPad doubles for every run.
-  void (*add_weighted_rows)(SparseRows rows, const double* values, const double* weight,
+  void (*add_weighted_rows)(const SparseRows& rows, const double* values, const double* weight,
                             const double* slope, double* const* column, double* gradient,
                             double* scratch);
 
-  /// Eliminates a group's locals from the matrix whose element (i, j), i >= j, is column[j][i], and
-  /// from the gradient: what is left of both has the Schur complement. The locals' columns are zero
-  /// afterwards. Zeros are added around runs as by add_weighted_rows. Returns whether every pivot
-  /// is above `tolerance` times its diagonal entry; if not, the complement was not subtracted.
-  bool (*eliminate_group)(const LocalGroup& group, double tolerance, double* const* column,
-                          double* gradient, double* factor);
+  /// Eliminates all groups' locals from the matrix whose element (i, j), i >= j, is column[j][i],
+  /// and from the gradient: what is left of both has the Schur complement. The locals' columns are
+  /// zero afterwards. Zeros are added around runs as by add_weighted_rows. Returns whether every
+  /// pivot is above `tolerance` times its diagonal entry; if not, no complement was subtracted.
+  bool (*eliminate_groups)(const LocalGroup* groups, int count, double tolerance,
+                           double* const* column, double* gradient, double* factors);
 
-  /// Back substitution with eliminate_group's factor: the locals in z, which hold a right-hand side
-  /// y, become -L^{-T} (y + L_B' z_B + constant * what was left of their gradient).
-  void (*back_substitute_group)(const LocalGroup& group, const double* factor, double constant,
-                                double* z);
+  /// Back substitution with eliminate_groups' factors: the locals in z, which hold a right-hand
+  /// side y, become -L^{-T} (y + L_B' z_B + constant * what was left of their gradient).
+  void (*back_substitute_groups)(const LocalGroup* groups, int count, const double* factors,
+                                 double constant, double* z);
   /// Forward substitution: g_A := L^{-1} g_A, g_B -= L_B g_A.
-  void (*forward_substitute_group)(const LocalGroup& group, const double* factor, double* g);
+  void (*forward_substitute_groups)(const LocalGroup* groups, int count, const double* factors,
+                                    double* g);
 
   /// y += a x with a [rows x cols], rows a multiple of kPad.
   void (*multiply_add)(int rows, int cols, const double* a, int ld, const double* x, double* y);

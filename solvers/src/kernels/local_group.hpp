@@ -70,14 +70,8 @@ PALANQUIN_INLINE void subtract_run(const LocalGroup& group, const double* factor
   }
 }
 
-static bool eliminate_group(const LocalGroup& group, double tolerance, double* const* column,
-                            double* gradient, double* factor) {
-  bool good = true;
-  for (int c = 0; c < group.locals; ++c) {
-    const int slot = group.local_slot[c];
-    good &= factorize_column(group, c, tolerance, column[slot], gradient[slot], factor);
-  }
-  if (!good) return false;
+PALANQUIN_INLINE void subtract_complement(const LocalGroup& group, double* const* column,
+                                          double* gradient, const double* factor) {
   for (int a = group.local_runs; a < group.runs; ++a) {
     const int slot = group.run_slot[a];
     for (int e = 0; e < group.run_size[a]; ++e)
@@ -85,6 +79,26 @@ static bool eliminate_group(const LocalGroup& group, double tolerance, double* c
         subtract_run(group, factor, a * kPad + e, b, column[slot + e] + group.run_slot[b]);
     subtract_run(group, factor, group.runs * kPad + kGradientLane, a, gradient + slot);
   }
+}
+
+static bool eliminate_groups(const LocalGroup* groups, int count, double tolerance,
+                             double* const* column, double* gradient, double* factors) {
+  bool good = true;
+  bool is_left = count > 0;
+  for (int c = 0; is_left; ++c) {  // of all groups in turn: their chains of divisions overlap
+    is_left = false;
+    for (int g = 0; g < count; ++g) {
+      const LocalGroup& group = groups[g];
+      if (c >= group.locals) continue;
+      const int slot = group.local_slot[c];
+      good &= factorize_column(group, c, tolerance, column[slot], gradient[slot],
+                               factors + group.factor_offset);
+      is_left |= c + 1 < group.locals;
+    }
+  }
+  if (!good) return false;
+  for (int g = 0; g < count; ++g)
+    subtract_complement(groups[g], column, gradient, factors + groups[g].factor_offset);
   return true;
 }
 
@@ -95,8 +109,8 @@ PALANQUIN_INLINE double sum_of_lanes(Vector v) {
   return sum;
 }
 
-static void back_substitute_group(const LocalGroup& group, const double* factor, double constant,
-                                  double* z) {
+PALANQUIN_INLINE void back_substitute_group(const LocalGroup& group, const double* factor,
+                                            double constant, double* z) {
   const int ld = group_rows(group);
   for (int c = 0; c < group.locals; ++c) {  // others first: no local waits for another's sum
     const double* a = factor + c * ld;
@@ -115,7 +129,8 @@ static void back_substitute_group(const LocalGroup& group, const double* factor,
   }
 }
 
-static void forward_substitute_group(const LocalGroup& group, const double* factor, double* g) {
+PALANQUIN_INLINE void forward_substitute_group(const LocalGroup& group, const double* factor,
+                                               double* g) {
   const int ld = group_rows(group);
   for (int c = 0; c < group.locals; ++c) {
     const double* a = factor + c * ld;
@@ -126,6 +141,18 @@ static void forward_substitute_group(const LocalGroup& group, const double* fact
       for (int v = 0; v < kPad; v += kWidth)
         add_unaligned(g + group.run_slot[r] + v, scale * load(a + r * kPad + v));
   }
+}
+
+static void back_substitute_groups(const LocalGroup* groups, int count, const double* factors,
+                                   double constant, double* z) {
+  for (int g = 0; g < count; ++g)
+    back_substitute_group(groups[g], factors + groups[g].factor_offset, constant, z);
+}
+
+static void forward_substitute_groups(const LocalGroup* groups, int count, const double* factors,
+                                      double* gradient) {
+  for (int g = 0; g < count; ++g)
+    forward_substitute_group(groups[g], factors + groups[g].factor_offset, gradient);
 }
 
 }  // namespace palanquin::kernels::PALANQUIN_KERNEL_NAMESPACE

@@ -23,7 +23,7 @@ PALANQUIN_INLINE void for_row_chunks(int rows, int max_chunk, Block block) {
 }
 
 template <int V>
-PALANQUIN_INLINE void add_combination(Vector (&sum)[V], SparseColumns s, int column,
+PALANQUIN_INLINE void add_combination(Vector (&sum)[V], const SparseColumns& s, int column,
                                       const double* src, int ld) {
   const int end = s.start[column + 1];
   for (int e = s.start[column]; e < end; ++e) {
@@ -35,8 +35,8 @@ PALANQUIN_INLINE void add_combination(Vector (&sum)[V], SparseColumns s, int col
 }
 
 template <int V>
-static void multiply_chunk(SparseColumns s, int first, int count, const double* src, int ld_src,
-                           double* dst, int ld_dst) {
+static void multiply_chunk(const SparseColumns& s, int first, int count, const double* src,
+                           int ld_src, double* dst, int ld_dst) {
   for (int j = 0; j < count; ++j, dst += ld_dst) {
     Vector sum[V] = {};
     add_combination(sum, s, first + j, src, ld_src);
@@ -47,8 +47,8 @@ static void multiply_chunk(SparseColumns s, int first, int count, const double* 
 
 /// Products of kWidth columns stay in the first-level cache until they are turned.
 template <int V>
-static void multiply_transposed_chunk(SparseColumns s, int first, int count, const double* src,
-                                      int ld_src, double* dst, int ld_dst) {
+static void multiply_transposed_chunk(const SparseColumns& s, int first, int count,
+                                      const double* src, int ld_src, double* dst, int ld_dst) {
   constexpr int kRows = V * kWidth;
   alignas(64) double block[kWidth * kRows];
   for (int j = 0; j < padded(count); j += kWidth) {
@@ -65,7 +65,8 @@ static void multiply_transposed_chunk(SparseColumns s, int first, int count, con
 }
 
 template <int V>
-static void substitute_chunk(SparseColumns n, const int* order, int count, double* a, int ld) {
+static void substitute_chunk(const SparseColumns& n, const int* order, int count, double* a,
+                             int ld) {
   for (int t = 0; t < count; ++t) {
     double* column = a + static_cast<long>(order[t]) * ld;
     Vector sum[V];
@@ -96,8 +97,8 @@ static void multiply_add_chunk(int cols, const double* a, int ld, const double* 
   {nullptr,  chunk<1>, chunk<2>, chunk<3>,  chunk<4>,  chunk<5>, chunk<6>, \
    chunk<7>, chunk<8>, chunk<9>, chunk<10>, chunk<11>, chunk<12>}
 
-static void multiply_transposed(int rows, SparseColumns s, int first, int count, const double* src,
-                                int ld_src, double* dst, int ld_dst) {
+static void multiply_transposed(int rows, const SparseColumns& s, int first, int count,
+                                const double* src, int ld_src, double* dst, int ld_dst) {
   static constexpr decltype(&multiply_chunk<1>) kChunk[] =
       PALANQUIN_CHUNK_TABLE(multiply_transposed_chunk);
   for_row_chunks(rows, kMaxChunk, [&](int row, int vectors) {
@@ -106,8 +107,8 @@ static void multiply_transposed(int rows, SparseColumns s, int first, int count,
   });
 }
 
-static void multiply_lower(int rows, SparseColumns s, int first, int count, const double* src,
-                           int ld_src, double* dst, int ld_dst) {
+static void multiply_lower(int rows, const SparseColumns& s, int first, int count,
+                           const double* src, int ld_src, double* dst, int ld_dst) {
   static constexpr decltype(&multiply_chunk<1>) kChunk[] = PALANQUIN_CHUNK_TABLE(multiply_chunk);
   for (int j = 0; j < count; j += kPad) {
     const int columns = count - j < kPad ? count - j : kPad;
@@ -118,7 +119,8 @@ static void multiply_lower(int rows, SparseColumns s, int first, int count, cons
   }
 }
 
-static void substitute(int rows, SparseColumns n, const int* order, int count, double* a, int ld) {
+static void substitute(int rows, const SparseColumns& n, const int* order, int count, double* a,
+                       int ld) {
   static constexpr decltype(&substitute_chunk<1>) kChunk[] =
       PALANQUIN_CHUNK_TABLE(substitute_chunk);
   for_row_chunks(rows, kMaxChunk,

@@ -108,12 +108,10 @@ void add_equality_rows(Workspace& work, const QpStage& stage, const Knot& knot, 
 
 /// Step (4): locals leave G and the gradient, group by group.
 bool eliminate_locals(const Workspace& work, const Knot& knot, double* gradient) {
-  for (const GroupPlan& group : knot.plan.groups)
-    if (!work.kernels->eliminate_group(knot.plan.group(group), work.settings.pivot_tolerance,
-                                       knot.plan.column.data(), gradient,
-                                       knot.local_factor + group.factor_offset))
-      return false;
-  return true;
+  const KnotPlan& plan = knot.plan;
+  return work.kernels->eliminate_groups(plan.groups.data(), static_cast<int>(plan.groups.size()),
+                                        work.settings.pivot_tolerance, plan.column.data(), gradient,
+                                        knot.local_factor);
 }
 
 /// The gradient becomes G's last row.

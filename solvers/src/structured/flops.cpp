@@ -39,9 +39,9 @@ double count_flops(const StageQp& qp, const std::vector<Knot>& knots) {
     const QpStage& stage = qp.stages[k];
     if (k + 1 < knots.size()) flops += propagation_flops(stage, plan, knots[k + 1].plan.nx);
     flops += static_cast<double>(stage.hessian.nnz() + stage.nw());
-    for (const GroupPlan& group : plan.groups) {
+    for (const kernels::LocalGroup& group : plan.groups) {
       double size = 1.0;  // the gradient
-      for (int r = 0; r < group.runs; ++r) size += plan.run_size[group.first_run + r];
+      for (int r = 0; r < group.runs; ++r) size += group.run_size[r];
       flops += elimination_flops(group.locals, size) + 2.0 * group.locals * size;
     }
     flops += elimination_flops(plan.nu, plan.nu + plan.nx + 1.0) + forward_flops(stage, plan);

@@ -28,17 +28,6 @@ struct HessianEntry {
   double* element = nullptr;
 };
 
-/// Locals that meet each other, and the inputs and states that they meet (see kernels::LocalGroup):
-/// where they stand in KnotPlan's lists.
-struct GroupPlan {
-  int locals = 0;
-  int runs = 0;
-  int local_runs = 0;
-  int first_local = 0;
-  int first_run = 0;
-  int factor_offset = 0;
-};
-
 /// How G of step (3) is laid out. Its rows and columns are slots in the order
 ///     locals | inputs | states | gradient
 /// with inputs and states starting at multiples of kPad.
@@ -82,19 +71,9 @@ struct KnotPlan : KnotLayout {
   /// Columns of `implicit` with entries, each behind those that it names.
   std::vector<int> substitution_order;
 
-  std::vector<GroupPlan> groups;
-  std::vector<int> local_slot, local_row, run_slot, run_size;  ///< of all groups
+  std::vector<kernels::LocalGroup> groups;  ///< into the lists below
+  std::vector<int> local_slot, local_row, run_slot, run_size;
   int local_factor_size = 0;
-
-  kernels::LocalGroup group(const GroupPlan& plan) const {
-    return {plan.locals,
-            plan.runs,
-            plan.local_runs,
-            run_slot.data() + plan.first_run,
-            run_size.data() + plan.first_run,
-            local_slot.data() + plan.first_local,
-            local_row.data() + plan.first_local};
-  }
 };
 
 /// Capacity of a KnotPlan's lists, the same for all knots of a problem, so that a pattern that
@@ -128,6 +107,7 @@ class KnotPlanner {
   void join_row(const KnotPlan& plan, const RowPattern& rows);
   void mark_row(const KnotPlan& plan, const RowPattern& rows);
   void list_group(int root, KnotPlan& plan);
+  void point_to_lists(KnotPlan& plan);
   int group_of(int local);
 
   std::vector<int> waiting_;          // columns of `implicit` that a column still waits for

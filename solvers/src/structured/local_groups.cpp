@@ -59,14 +59,13 @@ void KnotPlanner::group_locals(const SparseBlock& hessian, KnotPlan& plan) {
 
   for (int root = 0; root < plan.nl; ++root)
     if (group_of(root) == root) list_group(root, plan);
+  point_to_lists(plan);
 }
 
 /// Lists the slots that the group meets, cut into runs: its own locals among them, by their
 /// diagonal entries.
 void KnotPlanner::list_group(int root, KnotPlan& plan) {
-  GroupPlan group;
-  group.first_local = static_cast<int>(plan.local_slot.size());
-  group.first_run = static_cast<int>(plan.run_slot.size());
+  kernels::LocalGroup group{};
   group.factor_offset = plan.local_factor_size;
   const unsigned char* meets = meets_.data() + root * plan.slots();
   int previous = -1;
@@ -89,7 +88,21 @@ void KnotPlanner::list_group(int root, KnotPlan& plan) {
     previous = slot;
   }
   plan.groups.push_back(group);
-  plan.local_factor_size += plan.group(group).factor_size();
+  plan.local_factor_size += group.factor_size();
+}
+
+/// The lists no longer grow: each group gets its part of them.
+void KnotPlanner::point_to_lists(KnotPlan& plan) {
+  std::size_t local = 0;
+  std::size_t run = 0;
+  for (kernels::LocalGroup& group : plan.groups) {
+    group.local_slot = plan.local_slot.data() + local;
+    group.local_row = plan.local_row.data() + local;
+    group.run_slot = plan.run_slot.data() + run;
+    group.run_size = plan.run_size.data() + run;
+    local += group.locals;
+    run += group.runs;
+  }
 }
 
 }  // namespace palanquin::structured

@@ -122,9 +122,9 @@ void condense_equality_rows(const QpStage& stage, const Knot& knot) {
 }
 
 void forward_substitute_locals(const Workspace& work, const Knot& knot, double* g) {
-  for (const GroupPlan& group : knot.plan.groups)
-    work.kernels->forward_substitute_group(knot.plan.group(group),
-                                           knot.local_factor + group.factor_offset, g);
+  const KnotPlan& plan = knot.plan;
+  work.kernels->forward_substitute_groups(plan.groups.data(), static_cast<int>(plan.groups.size()),
+                                          knot.local_factor, g);
 }
 
 /// The backward sweep for the gradient alone: leaves the change of p_k in value_correction.
