@@ -13,7 +13,7 @@ from palanquin.sim.rollout import Rollout, RolloutBuilder
 from palanquin.sim.team import Team
 
 SOLVER_PHASES = ("linearize", "update", "solve", "globalize")
-PHASES = ("prepare", *SOLVER_PHASES)
+PHASES = ("inputs", *SOLVER_PHASES)
 """Where the time of a plan goes: references, parameters and warm start, then the solver's work."""
 
 MOST_TICKS = 50_000
@@ -138,7 +138,7 @@ def _log(builder: RolloutBuilder, time: float, state: TeamState, plan: TeamPlan)
         equality_violation=solved.equality_violation,
         status=solved.status.name.lower(),
         phases={
-            "prepare": plan.solve_ms - solved.timings_ms["total"],
+            "inputs": plan.solve_ms - solved.timings_ms["total"],
             **{name: solved.timings_ms[name] for name in SOLVER_PHASES},
         },
         violation=dict(solved.violation),

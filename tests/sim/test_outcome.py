@@ -16,7 +16,7 @@ def long(make_rollout):
     """Two seconds whose violations are called as those of the CLM problem."""
     rollout = make_rollout(ticks=60)
     ones = np.ones(60)
-    phases = {"prepare": ones, **dict.fromkeys(("linearize", "update", "solve", "globalize"), ones)}
+    phases = {"inputs": ones, **dict.fromkeys(("linearize", "update", "solve", "globalize"), ones)}
     return replace(
         rollout,
         violation={"leg": 2e-3 * ones, "friction": 30.0 * ones},
