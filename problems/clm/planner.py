@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from palanquin.candidates import Candidates
 from palanquin.errors import ProblemError
 from palanquin.lowered import NamedArray
 from palanquin.plan import Plan, Sqp, Status
@@ -23,8 +25,10 @@ from palanquin.problems.clm.references import (
     nominal_state,
     payload_path,
 )
+from palanquin.problems.clm.starts import foothold_starts
 from palanquin.problems.clm.team import Team
 from palanquin.problems.gaits import GaitClock
+from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.terrains import Flat, Terrain
 
 
@@ -87,6 +91,10 @@ class Planner:
     Args:
         problem: built from modules with grasps of a body called "payload", or by `build_clm`.
         terrain: the ground, of the kind that the problem was built with; flat unless told.
+        ditches: lines (a, b, c, width) that feet must not step into, [n, 4], m; at most as many as
+            the problem was built for.
+        candidates: how many choices of sides of the ditches are solved side by side every period;
+            the first is the last plan's own.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
 
     Example:
@@ -95,7 +103,14 @@ class Planner:
         >>> plan = planner.solve(0.0, state, Velocity(0.4)).plan
     """
 
-    def __init__(self, problem: Problem, terrain: Terrain | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        terrain: Terrain | None = None,
+        ditches: ArrayLike = (),
+        candidates: int = 1,
+        **options: Any,
+    ) -> None:
         self.team = Team.of(problem)
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
@@ -104,7 +119,17 @@ class Planner:
         self.params = self.lowered.parameters()
         set_terrain(self.params, self.terrain)
         self.dt = float(self.params["dt"][0])
-        self.sqp = Sqp(self.lowered, **{"max_iterations": 1, **options})
+        self.ditches = np.asarray(ditches, dtype=float).reshape(-1, 4)
+        if len(self.ditches):
+            if "ditches" not in self.params:
+                raise ProblemError("ditches are given, but the problem was built for none")
+            at_most = self.params["ditches"].shape[1]
+            self.params["ditches"] = padded_lines(self.ditches, at_most)
+        options = {"max_iterations": 1, **options}
+        self.sqp = Sqp(self.lowered, **options)
+        self.candidates = (
+            Candidates(self.lowered, candidates, **options) if candidates > 1 else None
+        )
         self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
         self.reference = np.zeros(3)  # payload's x, y, yaw
         self._start = 0.0  # when the first plan was made
@@ -148,7 +173,11 @@ class Planner:
             guess = self._shifted(self._last, elapsed, contacts)
         else:
             guess = self._cold(references, contacts, before, state.feet)
-        plan = self.sqp.solve(self.params, measured, guess)
+        if self.candidates is None:
+            plan = self.sqp.solve(self.params, measured, guess)
+        else:
+            guesses = self._sides(guess, references, contacts, before, state.feet)
+            plan = self.candidates.solve(self.params, measured, guesses).plan
         solve_ms = 1e3 * (clock.perf_counter() - start)
         self._last = TeamPlan(plan, references, contacts, solve_ms, self.columns)
         return self._last
@@ -206,6 +235,30 @@ class Planner:
         shares = carrying_forces(self.team, contacts)
         guess.values[:, self.columns.forces] = np.where(idle[..., None], shares, forces)
         return guess
+
+    def _sides(
+        self,
+        guess: NamedArray,
+        references: References,
+        contacts: np.ndarray,
+        before: np.ndarray,
+        feet: np.ndarray,
+    ) -> list[NamedArray]:
+        """The guess, and copies of it whose feet start from their references, or beside a ditch.
+
+        The references come first among them: a plan that once chose the near side of a ditch would
+        keep to it, step after step, long after the reference has crossed.
+        """
+        at_most = len(self.candidates.solvers) - 1 if self.candidates else 0
+        wanted = references.feet()
+        guesses = [guess]
+        for start in foothold_starts(
+            wanted, contacts, before, self.ditches, self.terrain, at_most
+        )[:at_most]:
+            other = guess.copy()
+            other.values[:, self.columns.feet] = footholds(start, contacts, before, feet)
+            guesses.append(other)
+        return guesses
 
     def _cold(
         self,

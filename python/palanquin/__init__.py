@@ -11,6 +11,7 @@ import os
 # Ipopt's linear algebra is small here: a team of OpenBLAS threads slows it down.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from palanquin.candidates import Candidates, Choice
 from palanquin.errors import LoweringError, PalanquinError, ProblemError
 from palanquin.lowered import Lowered, LoweringReport, NamedArray, lower
 from palanquin.plan import Ipopt, Plan, Sqp, Status, configure
@@ -18,7 +19,9 @@ from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, SquaredHin
 from palanquin.problem import Chart, Problem, Role
 
 __all__ = [
+    "Candidates",
     "Chart",
+    "Choice",
     "Hard",
     "Ipopt",
     "Lowered",

@@ -1,0 +1,97 @@
+"""Several starting points solved side by side, of which the best plan is kept.
+
+Which side of a ditch a foot takes is a choice that no gradient makes: a solver stays where its start
+put it. At a fraction of a millisecond a solve, trying a few starts costs little.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from palanquin.errors import ProblemError
+from palanquin.lowered import Lowered, NamedArray
+from palanquin.plan import Plan, Sqp
+from palanquin.policies import Policy
+
+# Cost per unit of the largest equality residual, for comparing plans after few iterations.
+_RESIDUAL_WEIGHT = 1e3
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Outcome of solving from several starts: the best plan, its start's index, and all plans."""
+
+    plan: Plan
+    index: int
+    plans: tuple[Plan, ...]
+
+
+class Candidates:
+    """Up to `at_most` SQP solvers of one problem that work at the same time.
+
+    Each keeps its own workspace. Which solver takes which start is fixed, so results do not depend
+    on timing.
+
+    Args:
+        lowered: the problem.
+        at_most: how many starts a call of `solve` may have.
+        threads: how many are solved at once.
+        horizon: number of intervals; the problem's own unless told.
+        **options: as of `Sqp`.
+
+    Raises:
+        ProblemError: `at_most` or `threads` below 1, or an unknown option.
+    """
+
+    def __init__(
+        self,
+        lowered: Lowered,
+        at_most: int,
+        threads: int = 2,
+        horizon: int | None = None,
+        **options: Any,
+    ) -> None:
+        for name, value in (("at_most", at_most), ("threads", threads)):
+            if value < 1:
+                raise ProblemError(f"candidates: {name} is {value}; at least 1 is needed")
+        self.solvers = [Sqp(lowered, horizon=horizon, **options) for _ in range(at_most)]
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="candidate")
+
+    def set_policy(self, family: str, policy: Policy) -> None:
+        """As `Sqp.set_policy`, for all solvers."""
+        for solver in self.solvers:
+            solver.set_policy(family, policy)
+
+    def solve(
+        self,
+        parameters: NamedArray,
+        measured: NamedArray | ArrayLike,
+        guesses: Sequence[NamedArray],
+    ) -> Choice:
+        """Solves from every guess and keeps the plan of lowest cost among the usable ones.
+
+        Equality residuals count with a weight, since a plan after few iterations may have some.
+        Raises ProblemError for no guess or more than `at_most`.
+        """
+        if not 1 <= len(guesses) <= len(self.solvers):
+            raise ProblemError(
+                f"candidates: {len(guesses)} guesses; 1 to {len(self.solvers)} are needed"
+            )
+        jobs = [
+            self._pool.submit(solver.solve, parameters, measured, guess)
+            for solver, guess in zip(self.solvers, guesses, strict=False)
+        ]
+        plans = tuple(job.result() for job in jobs)
+        index = min(range(len(plans)), key=lambda i: _rank(plans[i]))
+        return Choice(plans[index], index, plans)
+
+
+def _rank(plan: Plan) -> tuple[bool, float]:
+    merit = plan.cost + _RESIDUAL_WEIGHT * plan.equality_violation
+    return (not plan.is_usable, merit if math.isfinite(merit) else math.inf)
