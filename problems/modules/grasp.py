@@ -15,6 +15,7 @@ from palanquin.problems import checks
 from palanquin.problems.modules.limits import REACH_POLICY, smooth_norm
 from palanquin.problems.modules.quadruped import Quadruped
 from palanquin.problems.modules.rigid_body import Body
+from palanquin.problems.modules.tracking import Tracking
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +44,7 @@ class Grasp:
 
     Adds the inputs `<robot>.hand.force` and `<robot>.hand.torque` and the parameters
     `<robot>.attach` [3], `<robot>.arm_base` [3], `<robot>.arm_length`, `<robot>.weight.hand_force`
-    and `.hand_torque` [3].
+    and `.hand_torque` [3]. A payload that has no `Tracking` yet gets one with the robot's weights.
 
     Args:
         payload: handle of the payload.
@@ -64,6 +65,8 @@ class Grasp:
         """Adds the wrench, the arm's reach and the wrench's regularisation."""
         robot, payload, name = self.robot.body, self.payload, self.robot.name
         model, weights = self.robot.model, self.robot.weights
+        if all(p.name != f"{payload.name}.reference.position" for p in problem.parameters):
+            problem.add(Tracking(payload, weights, importance=weights.payload))
         attach = problem.parameter(f"{name}.attach", 3, self.attach)
         base = problem.parameter(f"{name}.arm_base", 3, model.arm)
         length = problem.parameter(f"{name}.arm_length", default=model.arm_length)
