@@ -47,27 +47,29 @@ PALANQUIN_INLINE void subtract_product(Vector (&t)[C][V], int depth, const doubl
   }
 }
 
-/// Cholesky factor of the kPad x kPad block t. The reciprocal of a pivot is all that the next one
-/// waits for; the square roots run beside the chain. Returns the first bad pivot or -1.
+/// Cholesky factor of the kPad x kPad block t. What the next pivot waits for is one division and one
+/// scalar update: vectors and square roots run beside this chain. Returns the first bad pivot or -1.
 template <int V>
 PALANQUIN_INLINE int factorize_block(Vector (&t)[kPad][V], const double* threshold,
                                      double* reciprocal) {
   int bad = -1;
+  double pivot = t[0][0][0];
 #pragma GCC unroll 8
   for (int k = 0; k < kPad; ++k) {
-    const double pivot = t[k][k / kWidth][k % kWidth];
     if (!(pivot > threshold[k]) && bad < 0) bad = k;
-    const Vector inverse = broadcast(1.0 / pivot);
-    Vector scaled[V];
-#pragma GCC unroll 4
-    for (int v = k / kWidth; v < V; ++v) scaled[v] = t[k][v] * inverse;
+    const double inverse = 1.0 / pivot;
+    reciprocal[k] = 1.0 / __builtin_sqrt(pivot);
+    if (k + 1 < kPad) {
+      const int next = k + 1;
+      const double entry = t[k][next / kWidth][next % kWidth];
+      pivot = t[next][next / kWidth][next % kWidth] - entry * entry * inverse;
+    }
 #pragma GCC unroll 8
     for (int j = k + 1; j < kPad; ++j) {
       const Vector factor = broadcast(t[k][j / kWidth][j % kWidth]);
 #pragma GCC unroll 4
-      for (int v = j / kWidth; v < V; ++v) t[j][v] -= scaled[v] * factor;
+      for (int v = j / kWidth; v < V; ++v) t[j][v] -= t[k][v] * factor * broadcast(inverse);
     }
-    reciprocal[k] = 1.0 / __builtin_sqrt(pivot);
     const Vector root = broadcast(reciprocal[k]);
 #pragma GCC unroll 4
     for (int v = k / kWidth; v < V; ++v) t[k][v] *= root;
