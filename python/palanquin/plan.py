@@ -133,6 +133,7 @@ class Sqp(_Solver):
         super().__init__(lowered, horizon)
         self.settings = configure(settings or _core.SqpSettings(), **options)
         self._core = _core.Sqp(lowered.core, self.horizon, self.settings)
+        self._prepared: tuple[NDArray[np.float64], ...] = ()
         self._set_default_policies()
 
     def solve(
@@ -153,6 +154,46 @@ class Sqp(_Solver):
         """
         p, z, start = self._inputs(parameters, measured, guess)
         self._core.solve(p, z, start)
+        return self._plan(p, z)
+
+    def prepare(
+        self,
+        parameters: NamedArray,
+        predicted: NamedArray | ArrayLike,
+        guess: NamedArray | None = None,
+    ) -> bool:
+        """First phase of a real-time iteration: all that needs no measurement (Diehl et al. 2005).
+
+        Linearises around `guess` with the `predicted` knot at its start and factorises the QP.
+        Arguments as of `solve`.
+
+        Returns:
+            False when a function is not finite there; `feedback` must then not be called.
+        """
+        p, z, start = self._inputs(parameters, predicted, guess)
+        self._prepared = (p, z)
+        return bool(self._core.prepare(p, z, start))
+
+    def feedback(self, measured: NamedArray | ArrayLike) -> Plan:
+        """Second phase: the plan for the `measured` knot, whose states alone may differ from the
+        predicted one. `timings_ms["feedback"]` is what it took.
+
+        Raises:
+            RuntimeError: nothing was prepared.
+        """
+        z = np.asarray(measured.values if isinstance(measured, NamedArray) else measured, float)
+        self._core.feedback(z)
+        plan = self._plan(self._prepared[0], z)
+        plan.timings_ms["feedback"] = self._core.feedback_ms
+        return plan
+
+    def feedback_gain(self) -> NDArray[np.float64]:
+        """dz_0/dx_0 of the last solution [ndz, ndx], in the tangent space: how the first knot's
+        free blocks answer to a change of the measured states. Empty unless qp is "structured".
+        """
+        return self._core.feedback_gain()
+
+    def _plan(self, p: NDArray[np.float64], z: NDArray[np.float64]) -> Plan:
         evaluation, times = self._core.evaluation, self._core.times
         history = self._core.history
         return Plan(
