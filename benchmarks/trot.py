@@ -1,0 +1,106 @@
+"""The task of the benchmarks: a team that trots behind a velocity command on its nominal model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from palanquin.benchmarks.variant import Task
+from palanquin.plan import Sqp
+from palanquin.problem import Problem
+from palanquin.problems.clm.build import build_clm
+from palanquin.problems.clm.planner import Planner, TeamPlan, TeamState
+from palanquin.problems.clm.references import VELOCITY, Velocity
+from palanquin.problems.clm.team import Carrier, Payload, Team
+from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+
+PERIOD = 1 / 30  # s between two plans, and between two knots
+COMMAND = Velocity(0.4)
+DISTURBANCE = 0.005  # standard deviation of what is added to measured velocities, m/s, rad/s
+
+# Where the payload is held, m; a team takes the first of them, a single robot stands below it.
+_ATTACH = ((0.0, 0.6, 0.0), (0.0, -0.6, 0.0), (1.4, 0.0, 0.0), (-1.4, 0.0, 0.0))
+_DITCH_WIDTH, _DITCH_SPACING, _FIRST_DITCH = 0.1, 0.6, 0.5  # m
+
+
+def build_team(robots: int) -> Team:
+    """1 to 4 Laikagos that carry 8 kg each; two of them are the paper's team."""
+    attach = _ATTACH[:robots] if robots > 1 else ((0.0, 0.0, 0.0),)
+    carriers = tuple(Carrier(f"robot{i + 1}", place) for i, place in enumerate(attach))
+    return Team(Payload(mass=8.0 * robots), carriers)
+
+
+@lru_cache(maxsize=4)
+def build_problem(task: Task) -> Problem:
+    """The task's optimal control problem."""
+    return build_clm(build_team(task.robots), task.horizon, PERIOD, ditches=task.ditches)
+
+
+def make_planner(task: Task, **options: object) -> Planner:
+    """A planner for the task; options are fields of `SqpSettings`."""
+    planner = Planner(build_problem(task), **options)
+    if task.ditches:
+        planner.params["ditches"] = ditch_lines(task.ditches)
+    return planner
+
+
+def ditch_lines(count: int) -> np.ndarray:
+    """Ditches along y, [count, 4] as (a, b, c, width): a x + b y + c = 0, m."""
+    x = _FIRST_DITCH + _DITCH_SPACING * np.arange(count)
+    ones, zeros = np.ones(count), np.zeros(count)
+    return np.column_stack([ones, zeros, -x, _DITCH_WIDTH * ones])
+
+
+def disturbed(state: TeamState, random: np.random.Generator) -> TeamState:
+    """The state with a small random change of all velocities (m/s, rad/s).
+
+    Without it a trot settles, the shifted plan is all but optimal, and iterative QP solvers stop
+    after a step or two: no measured robot does them that favour.
+    """
+    bodies = state.bodies.copy()
+    bodies[:, VELOCITY.start :] += DISTURBANCE * random.standard_normal((len(bodies), 6))
+    return TeamState(bodies, state.feet)
+
+
+@dataclass
+class ClosedLoop:
+    """A planner and the nominal model that it moves, one period a tick.
+
+    Loops with equal seeds are disturbed equally, whatever plans for them.
+    """
+
+    planner: Planner
+    random: np.random.Generator
+
+    def __post_init__(self) -> None:
+        self.state = self.planner.nominal_state()
+        self.ticks = 0
+        self._one_interval = Sqp(self.planner.lowered, horizon=1)
+        self.planner.settle(0.0, self.state, COMMAND)
+
+    def tick(self) -> tuple[TeamPlan, float]:
+        """Plans and moves on; returns the plan and the cost that this period has incurred."""
+        planner, state = self.planner, disturbed(self.state, self.random)
+        plan = planner.solve(self.ticks * PERIOD, state, COMMAND)
+        self.ticks += 1
+        now = TeamState(state.bodies, landed_feet(plan, state.feet))
+        bodies = nominal_step(planner, plan, now, PERIOD)
+        self.state = TeamState(bodies, feet_after(planner, plan, now.feet, self.ticks * PERIOD))
+        return plan, self._incurred_cost(plan, now, bodies)
+
+    def _incurred_cost(self, plan: TeamPlan, now: TeamState, bodies: np.ndarray) -> float:
+        """Of one period, penalties included.
+
+        That is the running cost of the measured state and the inputs applied there, and the
+        terminal cost of the state `bodies` that they lead to.
+        """
+        planner, transcription = self.planner, self._one_interval._core.transcription
+        knots = plan.plan.xs[:2].copy()
+        knots[0, planner.columns.bodies], knots[1, planner.columns.bodies] = now.bodies, bodies
+        knots[0, planner.columns.feet] = now.feet
+        transcription.set_parameters(planner.params.values[:2])
+        transcription.set_measured(knots[0])
+        evaluation = transcription.evaluate(knots)
+        return float(evaluation.cost + evaluation.penalty)
