@@ -1,0 +1,69 @@
+"""Finished rows on disk, so that a measurement that was cut off can go on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from palanquin.errors import ProblemError
+
+Row = dict[str, Any]
+
+
+class RowStore:
+    """A file with one finished row a line.
+
+    Rows that were measured under other conditions are not taken up again.
+
+    Args:
+        file: rows are appended there.
+        conditions: what makes rows comparable, for example steps, seed and revision.
+        resume: keep rows that are there already; otherwise the file is begun anew.
+
+    Raises:
+        ProblemError: `resume` and the file holds something else.
+    """
+
+    def __init__(self, file: Path, conditions: dict[str, Any], resume: bool) -> None:
+        self._file = file
+        self._conditions = json.loads(json.dumps(conditions))
+        self._rows: dict[str, Row] = {}
+        if resume and file.exists():
+            self._rows = self._read()
+        elif file.exists():
+            file.unlink()
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._rows
+
+    def __getitem__(self, key: str) -> Row:
+        return self._rows[key]
+
+    def add(self, key: str, row: Row) -> None:
+        """Keeps a finished row."""
+        self._rows[key] = row
+        entry = {"key": key, "conditions": self._conditions, "row": row}
+        with self._file.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(entry, allow_nan=False) + "\n")
+
+    def _read(self) -> dict[str, Row]:
+        """Rows under our conditions; a last line that was cut off is taken out of the file."""
+        rows = {}
+        lines = self._file.read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, start=1):
+            try:
+                entry = json.loads(line)
+                key, conditions, row = entry["key"], entry["conditions"], entry["row"]
+            except (ValueError, TypeError, KeyError) as error:
+                if number == len(lines) and isinstance(error, ValueError):
+                    text = "".join(f"{whole}\n" for whole in lines[:-1])
+                    self._file.write_text(text, encoding="utf-8")
+                    break
+                raise ProblemError(
+                    f"{self._file}, line {number} is not a row of results; "
+                    "delete the file or leave out --resume"
+                ) from error
+            if conditions == self._conditions:
+                rows[key] = row
+        return rows
