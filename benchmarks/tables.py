@@ -1,0 +1,119 @@
+"""Results as tables on the terminal, and the figures derived from them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from palanquin.benchmarks.variant import PAPER_SOLVER, Solver
+
+Row = dict[str, Any]
+
+LIMITATIONS = (
+    "One machine and one task: a trot at 0.4 m/s with disturbed velocities. Other contacts and "
+    "terrains cost differently.",
+    "Times are the solver's own: linearise, update, solve, globalise. References, warm start and "
+    "arrays, made in Python, come on top (column Python).",
+    'OSQP stops at its tolerance, the others solve their QPs exactly; "cost +" is the relative '
+    "excess of the closed loop's cost over that of solving every period to convergence.",
+    "One QP a step is the paper's method; compare it with its own kind, or see what it costs.",
+    "Other load on the machine raises p95 and more: see the load average.",
+)
+
+
+def solver_of(row: Row) -> Solver:
+    """Who solved the QPs of a row."""
+    return Solver(row["qp"], row["form"], row["max_qps"])
+
+
+def time_table(title: str, rows: list[Row]) -> Table:
+    """Quantiles of the step in ms; "x paper": how many times faster than `PAPER_SOLVER`."""
+    table = _table(title, ("p50", "p95", "p99", "max", "Hz", "x paper", "failed"))
+    for row in rows:
+        if row["solve_ms"] is None:
+            table.add_row(*names_of(row), "failed:", row["error"])
+            continue
+        failed = f"{row['failed_steps']}/{row['steps']}" if row["error"] else ""
+        table.add_row(
+            *names_of(row),
+            *(f"{row['solve_ms'][q]:.3g}" for q in ("p50", "p95", "p99", "max")),
+            f"{row['rate_hz']:.0f}",
+            _number(speedup(row, rows, PAPER_SOLVER), "{:.1f}"),
+            failed,
+        )
+    return table
+
+
+def phase_table(title: str, rows: list[Row]) -> Table:
+    """Where the time goes, what is on top of it, and how good the plans are."""
+    phases = ("linearize", "update", "solve", "globalize")
+    table = _table(title, ("lin.", "update", "solve", "glob.", "Python", "QPs", "cost +", "GFLOPS"))
+    for row in rows:
+        if row["solve_ms"] is not None:
+            table.add_row(
+                *names_of(row),
+                *(f"{row['phases_ms'][phase]:.3f}" for phase in phases),
+                f"{row['python_ms']:.1f}",
+                f"{row['qps']:.0f}",
+                _number(row["cost_excess"], "{:.1e}"),
+                _number(row["gflops"], "{:.1f}"),
+            )
+    return table
+
+
+def speedup(row: Row, rows: list[Row], other: Solver) -> float | None:
+    """How many times faster than `other` on the same task and start, medians; None without it."""
+    same = ("robots", "horizon", "ditches", "start", "threads")
+    for peer in rows:
+        if solver_of(peer) == other and all(peer[k] == row[k] for k in same) and peer["solve_ms"]:
+            return float(peer["solve_ms"]["p50"] / row["solve_ms"]["p50"])
+    return None
+
+
+def slope(rows: list[Row], over: str) -> float | None:
+    """Least-squares slope of log(p50) against log(row[over]); None for fewer than two values."""
+    points = [(row[over], row["solve_ms"]["p50"]) for row in rows if row["solve_ms"]]
+    if len({x for x, _ in points}) < 2:
+        return None
+    x, y = np.log(np.array(points, dtype=float)).T
+    return float(np.polyfit(x, y, 1)[0])
+
+
+def print_machine(console: Console, machine: dict[str, Any], revision: str) -> None:
+    """What the figures were measured on."""
+    load = ", ".join(f"{value:.1f}" for value in machine["load_average"])
+    console.print(
+        f"{machine['cpu']}, {machine['threads_used']} of {machine['cores_allowed']} cores, "
+        f"load {load} at the start; engine by gcc {machine['engine_compiler']}, "
+        f"kernels {machine['kernels']}; lowered by {machine['lowering_compiler']}; "
+        f"revision {revision}",
+        highlight=False,
+        markup=False,
+    )
+
+
+def print_limitations(console: Console, limitations: tuple[str, ...] = LIMITATIONS) -> None:
+    """What the figures do not say."""
+    console.print("Limitations:", *(f"- {line}" for line in limitations), sep="\n", markup=False)
+
+
+def _table(title: str, figures: tuple[str, ...]) -> Table:
+    table = Table(title=title, box=None, padding=(0, 1, 0, 0))
+    for name in ("R x N", "solver"):
+        table.add_column(name, no_wrap=True)
+    for name in figures:
+        table.add_column(name, justify="right", no_wrap=True)
+    return table
+
+
+def names_of(row: Row) -> tuple[str, str]:
+    """Robots by intervals, with the number of ditches if there are any, and who solved."""
+    ditches = f", {row['ditches']} d." if row["ditches"] else ""
+    return f"{row['robots']} x {row['horizon']}{ditches}", solver_of(row).label
+
+
+def _number(value: float | None, form: str) -> str:
+    return "" if value is None else form.format(value)
