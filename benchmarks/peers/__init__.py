@@ -1,0 +1,1 @@
+"""The same problems, solved by what a user can install besides Palanquin."""
