@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import typer
 
+from palanquin.cli import bench
 from palanquin.cli.demo import demo
 from palanquin.cli.solve import solve
 
@@ -19,6 +20,7 @@ app = typer.Typer(
 )
 app.command()(solve)
 app.command()(demo)
+app.add_typer(bench.app, name="bench")
 
 
 @app.callback()
