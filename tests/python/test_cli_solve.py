@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.strict_json import strict_json
 from typer.testing import CliRunner
 
 from palanquin.cli import app
@@ -28,13 +29,6 @@ KEYS = {
 
 def run(*arguments):
     return CliRunner().invoke(app, ["solve", *map(str, arguments)])
-
-
-def strict_json(path):
-    def refuse(token):
-        raise AssertionError(f"{token} is not JSON")
-
-    return json.loads(path.read_text(), parse_constant=refuse)
 
 
 @pytest.mark.parametrize("solver", list(Solver))
