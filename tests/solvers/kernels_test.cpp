@@ -126,6 +126,76 @@ TEST_P(Kernels, MatrixVectorProducts) {
   }
 }
 
+/// Pointers to the columns of a matrix, which has room for a run to reach over its end.
+std::vector<double*> column_pointers(Padded& matrix, int cols) {
+  std::vector<double*> columns;
+  for (int j = 0; j < cols; ++j) columns.push_back(matrix.data() + j * matrix.ld());
+  return columns;
+}
+
+TEST_P(Kernels, WeightedRowsAddTheirNormalMatrix) {
+  // Slots 0 to 2 and 9 in the first row, 4 to 14 (two runs) in the second, an idle third.
+  const std::vector<int> run_start{0, 2, 4, 5}, run_begin{0, 3, 4, 12, 15, 17};
+  const std::vector<int> slot{0, 1, 2, 9, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 3, 4};
+  MatrixXd jacobian = MatrixXd::Zero(3, 15);
+  std::vector<int> entry;
+  std::vector<double> values;
+  for (int row = 0, e = 0; row < 3; ++row)
+    for (; e < run_begin[run_start[row + 1]]; ++e) {
+      entry.push_back(e);
+      values.push_back(random(1, 1)(0, 0));
+      jacobian(row, slot[e]) = values.back();
+    }
+  const VectorXd weight = Eigen::Vector3d(2.0, 0.0, 0.0), slope = Eigen::Vector3d(0.5, -1.0, 0.0);
+  Padded matrix(positive_definite(15), 32), gradient(random(15, 1), 32);
+  const MatrixXd expected =
+      matrix.view().topLeftCorner(15, 15) + jacobian.transpose() * weight.asDiagonal() * jacobian;
+  const VectorXd expected_gradient = gradient.view().col(0).head(15) + jacobian.transpose() * slope;
+  Padded scratch(MatrixXd::Zero(64, 1));
+  const std::vector<double*> columns = column_pointers(matrix, 15);
+  kernels_.add_weighted_rows({3, run_start.data(), run_begin.data(), slot.data(), entry.data()},
+                             values.data(), weight.data(), slope.data(), columns.data(),
+                             gradient.data(), scratch.data());
+  for (int j = 0; j < 15; ++j)
+    for (int i = j; i < 15; ++i) EXPECT_NEAR(matrix.view()(i, j), expected(i, j), kTolerance);
+  EXPECT_LT((gradient.view().col(0).head(15) - expected_gradient).norm(), kTolerance);
+}
+
+TEST_P(Kernels, GroupsLeaveTheSchurComplement) {
+  const int run_slot[] = {0, 8, 13}, run_size[] = {3, 4, 2};  // locals 0 to 2 meet 8 to 11, 13, 14
+  const int local_slot[] = {0, 1, 2}, local_row[] = {0, 1, 2};
+  const kernels::LocalGroup group{3, 3, 1, run_slot, run_size, local_slot, local_row, 0};
+  const std::vector<int> others{8, 9, 10, 11, 13, 14};
+  MatrixXd full = positive_definite(16);
+  for (int slot : {3, 4, 5, 6, 7, 12, 15}) {  // what the locals do not meet
+    full.block(slot, 0, 1, 3).setZero();
+    full.block(0, slot, 3, 1).setZero();
+  }
+  const auto a = full.topLeftCorner(3, 3);
+  Padded matrix(full, 32), gradient(random(16, 1), 32), factor(MatrixXd::Zero(64, 3));
+  const VectorXd g = gradient.view().col(0).head(16);
+  const std::vector<double*> columns = column_pointers(matrix, 16);
+  ASSERT_TRUE(
+      kernels_.eliminate_groups(&group, 1, 1e-14, columns.data(), gradient.data(), factor.data()));
+  const MatrixXd b = full.leftCols(3);
+  for (int j : others) {
+    const VectorXd solved = a.llt().solve(b.row(j).transpose());
+    for (int i : others) {
+      if (i < j) continue;
+      EXPECT_NEAR(matrix.view()(i, j), full(i, j) - b.row(i).dot(solved), kTolerance);
+    }
+    EXPECT_NEAR(gradient.view()(j, 0), g[j] - b.row(j).dot(a.llt().solve(g.head(3))), kTolerance);
+  }
+  EXPECT_EQ(matrix.view().leftCols(3).norm(), 0.0);
+
+  Padded z(random(16, 1), 32);
+  z.view().col(0).head(3).setZero();
+  kernels_.back_substitute_groups(&group, 1, factor.data(), 1.0, z.data());
+  VectorXd rhs = g.head(3);
+  for (int i : others) rhs += b.row(i).transpose() * z.view()(i, 0);
+  EXPECT_LT((z.view().col(0).head(3) + a.llt().solve(rhs)).norm(), kTolerance);
+}
+
 TEST_P(Kernels, PartialCholeskyLeavesTheSchurComplement) {
   for (const auto& [pivots, n] :
        {std::pair{1, 1}, {3, 5}, {8, 7}, {24, 36}, {28, 44}, {32, 40}, {56, 92}, {0, 6}}) {
