@@ -31,6 +31,10 @@ from palanquin.problems.gaits import GaitClock
 from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.terrains import Flat, Terrain
 
+# Feet in the air push with less than this, N: in the paper's unreduced form their forces are
+# variables, which the solver leaves at some rounding error.
+_NO_FORCE = 1e-3
+
 
 @dataclass(frozen=True)
 class TeamState:
@@ -231,7 +235,7 @@ class Planner:
         """
         guess = self.lowered.shift(last.plan.trajectory, self.params, elapsed)
         forces = guess.values[:, self.columns.forces]
-        idle = contacts & ~forces.any(axis=-1)
+        idle = contacts & (np.abs(forces).max(axis=-1) < _NO_FORCE)
         shares = carrying_forces(self.team, contacts)
         guess.values[:, self.columns.forces] = np.where(idle[..., None], shares, forces)
         return guess
