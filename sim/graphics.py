@@ -14,7 +14,7 @@ BACKENDS = ("egl", "osmesa")
 
 HELP = (
     "no picture can be drawn: neither EGL nor OSMesa gives an OpenGL context here. "
-    "On Debian, install one of the packages libegl1 (with libgl1-mesa-dri) or libosmesa6"
+    "On Debian, install the packages libegl1 and libgl1, or libosmesa6"
 )
 
 _PROBE = "import mujoco.{0} as gl; context = gl.GLContext(64, 64); context.make_current()"
