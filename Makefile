@@ -49,10 +49,12 @@ clean: ## Remove the environment, the build and the outputs
 # The environment, in two steps so that an edited C++ file costs a rebuild and nothing else: first
 # what the project is built with, then the project itself.
 $(VENV)/.created: pyproject.toml tools/create-venv
-	tools/create-venv $(PYTHON) $(VENV)
-	touch $@
+	@echo 'Setting up $(VENV)'
+	@tools/create-venv $(PYTHON) $(VENV)
+	@touch $@
 
 $(VENV)/.installed: $(VENV)/.created $(CXX_SOURCES)
-	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/pip install --quiet --no-build-isolation \
+	@echo 'Building palanquin into $(VENV): some minutes the first time'
+	@PATH="$(abspath $(BIN)):$$PATH" $(BIN)/pip install --quiet --no-build-isolation \
 		--editable '.[viz,dev]'
-	touch $@
+	@touch $@
