@@ -23,15 +23,20 @@ bool all_finite(const Eigen::VectorXd& values) {
 }
 }  // namespace
 
-bool Transcription::is_finite(int knot) const {
+bool Transcription::has_finite_values(int knot) const {
   const auto i = static_cast<std::size_t>(knot);
   const QpStage& stage = qp_.stages[i];
   return std::isfinite(buffers_[i].cost) && all_finite(stage.offset) &&
-         all_finite(stage.gradient) && all_finite(stage.hessian.values) &&
-         all_finite(stage.penalty_value) && all_finite(stage.penalty_jacobian.values) &&
-         all_finite(stage.inequality_value) && all_finite(stage.inequality_jacobian.values) &&
-         all_finite(stage.equality_value) && all_finite(stage.equality_jacobian.values) &&
-         all_finite(stage.link_value) && all_finite(stage.link_jacobian.values) &&
+         all_finite(stage.gradient) && all_finite(stage.penalty_value) &&
+         all_finite(stage.inequality_value) && all_finite(stage.equality_value) &&
+         all_finite(stage.link_value);
+}
+
+bool Transcription::has_finite_derivatives(int knot) const {
+  const QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
+  return all_finite(stage.hessian.values) && all_finite(stage.penalty_jacobian.values) &&
+         all_finite(stage.inequality_jacobian.values) &&
+         all_finite(stage.equality_jacobian.values) && all_finite(stage.link_jacobian.values) &&
          all_finite(stage.link_previous.values) && all_finite(stage.dynamics.values) &&
          all_finite(stage.implicit.values);
 }
@@ -41,7 +46,7 @@ NonFinite Transcription::find_non_finite() const {
     return NonFinite{true, "function '" + function + "' is not finite in " + where};
   };
   for (int k = 0; k <= horizon_; ++k) {
-    if (is_finite(k)) continue;
+    if (has_finite_values(k) && has_finite_derivatives(k)) continue;
     const auto i = static_cast<std::size_t>(k);
     const QpStage& stage = qp_.stages[i];
     const KnotShape& shape = *shapes_[i];

@@ -134,7 +134,10 @@ NonFinite Transcription::linearize(const RowMatrix& trajectory) {
     fill_stage(knot, trajectory);
   });
   update_initial_state(trajectory);
-  return find_non_finite();
+  // Derivatives are not looked at here, for speed: a QP back end refuses what is not finite.
+  for (int k = 0; k <= horizon_; ++k)
+    if (!has_finite_values(k)) return find_non_finite();
+  return {};
 }
 
 void Transcription::update_initial_state(const RowMatrix& trajectory) {

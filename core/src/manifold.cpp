@@ -24,12 +24,14 @@ Vector4 quaternion_exp(const Vector3& v) {
 Vector3 quaternion_log(const Vector4& q) {
   const double sign = q[0] < 0.0 ? -1.0 : 1.0;
   const Vector3 vec = sign * q.tail<3>();
-  const double sine = vec.norm();
-  const double cosine = sign * q[0];
-  const double factor =
-      sine < 1e-6 ? 2.0 / cosine * (1.0 - sine * sine / (3.0 * cosine * cosine))
-                  : 2.0 * std::atan2(sine, cosine) / sine;
-  return factor * vec;
+  // 2 asin(s)/s by its series where the quotient loses digits; its error is below 1e-16 there. Most
+  // residuals of a solved problem are that small, and the series is several times faster.
+  const double s2 = vec.squaredNorm();
+  if (s2 < 1e-4)
+    return (2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0 + s2 * 35.0 / 576.0)))) *
+           vec;
+  const double sine = std::sqrt(s2);
+  return 2.0 * std::atan2(sine, sign * q[0]) / sine * vec;
 }
 
 Vector4 quaternion_plus(const Vector4& q, const Vector3& d) {

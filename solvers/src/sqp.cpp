@@ -170,6 +170,7 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
   if (!try_step(record, 0.0, is_prepared) &&
       !try_step(record, settings_.regularization, false)) {
     record.step = StepKind::Rejected;
+    if (status_ == Status::NonFinite) return;
     const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
                           evaluation_.inequality_max <= settings_.equality_tolerance;
     if (feasible)
@@ -200,7 +201,11 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
   record.times.solve += watch.lap_ms() - result.update_ms;
   if (result.status == QpStatus::Unsupported)
     throw std::invalid_argument(explain_unsupported(transcription_, *qp_solver_));
-  if (!is_usable(result.status)) return false;
+  if (!is_usable(result.status)) {
+    if (const NonFinite bad = transcription_.find_non_finite(); bad.found)
+      finish(Status::NonFinite, bad.message);
+    return false;
+  }
   record.predicted = result.predicted_change;
 
   const bool accepted = search_step(record);

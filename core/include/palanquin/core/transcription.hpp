@@ -78,8 +78,11 @@ class Transcription {
   /// Sets the states of x_0 to the measured ones, on the guess's side of every quaternion.
   void place_initial_state(RowMatrix& trajectory) const;
 
-  /// Linearises all knots into qp(). The initial state of the QP is measured (-) x_0.
+  /// Linearises all knots into qp(). Reports a value that is not finite; derivatives are left to
+  /// find_non_finite(), for when a QP back end could not work with them. The initial state of the QP is measured (-) x_0.
   NonFinite linearize(const RowMatrix& trajectory);
+  /// Where the last linearisation is not finite, derivatives included.
+  NonFinite find_non_finite() const;
   /// Only the QP's initial state, for a state that was measured after linearize().
   void update_initial_state(const RowMatrix& trajectory);
 
@@ -123,8 +126,8 @@ class Transcription {
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
   void embed(RowMatrix& trajectory, int knot, FunctionWorkspace& workspace, double* slopes) const;
   double defect(int knot, const RowMatrix& trajectory, double* rows) const;
-  bool is_finite(int knot) const;
-  NonFinite find_non_finite() const;
+  bool has_finite_values(int knot) const;
+  bool has_finite_derivatives(int knot) const;
   const double* parameters_at(int knot) const { return parameters_.row(knot).data(); }
 
   std::shared_ptr<const LoweredProblem> problem_;

@@ -9,7 +9,7 @@
 namespace palanquin {
 
 struct PenaltySubproblemSettings {
-  int max_inner_iterations = 3;  ///< QPs per subproblem; 1 is the paper's one curvature a step
+  int max_inner_iterations = 6;  ///< QPs per subproblem; 1 is the paper's one curvature a step
   double tolerance = 1e-8;       ///< on the penalties' slopes and on the decrease, relative
 
   /// An empty string, or a sentence that names field, value and rule.
