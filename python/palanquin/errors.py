@@ -1,4 +1,4 @@
-"""Errors that a user of Palanquin can provoke; every message names the field, the value and the rule."""
+"""Errors that a user of Palanquin can provoke; messages name the field, the value and the rule."""
 
 
 class PalanquinError(Exception):
@@ -10,4 +10,4 @@ class ProblemError(PalanquinError, ValueError):
 
 
 class LoweringError(PalanquinError, RuntimeError):
-    """A problem could not be turned into compiled code: no compiler, a failed compile, a bad cache."""
+    """A problem could not be turned into code: no compiler, a failed compile, a bad cache."""

@@ -17,6 +17,7 @@ is fixed; which columns and rows count at a knot is decided at run time by roles
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -61,7 +62,7 @@ def knot_symbols(problem: Problem) -> Knot:
     )
 
 
-def _tangent(blocks: list[Block], symbol_of) -> ca.SX:  # noqa: ANN001
+def _tangent(blocks: list[Block], symbol_of: Callable[[Block], ca.SX]) -> ca.SX:
     return ca.diagcat(
         *(
             quaternion.tangent_map(symbol_of(b)) if b.is_quaternion else ca.SX.eye(b.size)
@@ -71,7 +72,8 @@ def _tangent(blocks: list[Block], symbol_of) -> ca.SX:  # noqa: ANN001
 
 
 def _columns(blocks: list[Block], chosen: list[Block]) -> list[int]:
-    columns, offset = [], 0
+    columns: list[int] = []
+    offset = 0
     for b in blocks:
         if b in chosen:
             columns += range(offset, offset + b.tangent_size)
@@ -89,17 +91,17 @@ def next_state(problem: Problem) -> ca.SX:
         if not block.is_state:
             continue
         dynamics = problem.dynamics_of(block)
-        if dynamics.value is not None:
-            values.append(dynamics.value)
+        if not dynamics.is_increment:
+            values.append(dynamics.expression)
         elif block.is_quaternion:
-            values.append(quaternion.multiply(block.symbol, quaternion.exp(dynamics.increment)))
+            values.append(quaternion.multiply(block.symbol, quaternion.exp(dynamics.expression)))
         else:
-            values.append(block.symbol + dynamics.increment)
+            values.append(block.symbol + dynamics.expression)
     return ca.vertcat(*values)
 
 
 def explicit_next_state(problem: Problem) -> ca.SX:
-    """d with every x+ on its right-hand side replaced by its own dynamics."""
+    """The next state d with every x+ on its right-hand side replaced by its own dynamics."""
     states = [b for b in problem.blocks if b.is_state]
     values = {b.name: v for b, v in zip(states, _split(next_state(problem), states), strict=True)}
     for block in _elimination_order(problem, states):
@@ -115,7 +117,7 @@ def _split(stacked: ca.SX, blocks: list[Block]) -> list[ca.SX]:
     return ca.vertsplit(stacked, [0, *_running_sum(b.size for b in blocks)])
 
 
-def _running_sum(sizes) -> list[int]:  # noqa: ANN001
+def _running_sum(sizes: Iterable[int]) -> list[int]:
     total, sums = 0, []
     for size in sizes:
         total += size
@@ -150,22 +152,20 @@ def state_jacobians(problem: Problem, knot: Knot) -> tuple[ca.SX, ca.SX]:
     for block in problem.blocks:
         if block.is_state:
             dynamics = problem.dynamics_of(block)
-            source = dynamics.increment if dynamics.increment is not None else dynamics.value
+            source = dynamics.expression
             jac = ca.jacobian(source, knot.z) @ knot.tangent
             jac_next = ca.jacobian(source, knot.z_next) @ knot.tangent_next
-            if dynamics.increment is not None:
+            if dynamics.is_increment:
                 own = ca.SX(block.tangent_size, knot.tangent.shape[1])
                 if block.is_quaternion:
-                    right = quaternion.right_jacobian(dynamics.increment)
+                    right = quaternion.right_jacobian(source)
                     jac, jac_next = right @ jac, right @ jac_next
-                    own[:, offset : offset + 3] = quaternion.rotation_matrix_of_vector(
-                        -dynamics.increment
-                    )
+                    own[:, offset : offset + 3] = quaternion.rotation_matrix_of_vector(-source)
                 else:
                     own[:, offset : offset + block.size] = ca.SX.eye(block.size)
                 jac = own + jac
             elif block.is_quaternion:
-                to_tangent = 4 * quaternion.tangent_map(dynamics.value).T
+                to_tangent = 4 * quaternion.tangent_map(source).T
                 jac, jac_next = to_tangent @ jac, to_tangent @ jac_next
             rows.append(jac)
             rows_next.append(jac_next)
@@ -194,12 +194,11 @@ def total_cost(problem: Problem, at: str) -> ca.SX:
     cost = ca.SX(0)
     for term in problem.costs:
         if term.at in (at, "all"):
-            cost += term.expression if term.weight is None else _weighted(term)
+            if term.weight is None:
+                cost += term.expression
+            else:
+                cost += ca.dot(term.weight, term.expression**2)
     return cost
-
-
-def _weighted(term) -> ca.SX:  # noqa: ANN001
-    return ca.dot(term.weight, term.expression**2)
 
 
 def cost_derivatives(problem: Problem, knot: Knot, at: str) -> tuple[ca.SX, ca.SX]:
@@ -255,10 +254,9 @@ def value_functions(problem: Problem) -> list[ca.Function]:
     functions.append(
         _function(problem, "running", [k.z, k.z_next, k.p], [d, *_stage_values(problem, "running")])
     )
+    _check_next(problem)
     _check_terminal(problem)
-    functions.append(
-        _function(problem, "terminal", [k.z, k.p], _stage_values(problem, "terminal"))
-    )
+    functions.append(_function(problem, "terminal", [k.z, k.p], _stage_values(problem, "terminal")))
     link = stacked_rows(problem, "link", "running")
     functions.append(_function(problem, "link", [k.z_previous, k.z, k.p], [link]))
     return functions
@@ -306,9 +304,9 @@ def exact_hessian_functions(problem: Problem) -> list[ca.Function]:
     exact_running(z, p, charted, lambda_d, lambda_g, lambda_h) and
     exact_terminal(z, p, lambda_g, lambda_h), where lambda_d belongs to the dynamics made explicit,
     x_{k+1} = d(z_k, p_k), with rows in the tangent space at d: so the curvature of semi-implicit
-    rows stays within one knot. `charted` has a flag per block; where it is set the block moves on its
-    chart, whose curvature is added to the columns of the coordinates. Link rows, which would couple
-    two knots, are left out.
+    rows stays within one knot. `charted` has a flag per block; where it is set the block moves on
+    its chart, whose curvature is added to the columns of the coordinates. Link rows, which would
+    couple two knots, are left out.
     """
     k = knot_symbols(problem)
     states = [b for b in problem.blocks if b.is_state]
@@ -414,6 +412,22 @@ def _stage_values(problem: Problem, at: str) -> list[ca.SX]:
     ]
 
 
+def _check_next(problem: Problem) -> None:
+    """Next values belong to dynamics: costs and rows are differentiated by their own knot alone."""
+    terms = [(t.name, t.expression) for t in problem.costs]
+    terms += [(r.name, r.expression) for r in problem.rows]
+    following = ca.vertcat(*(b.next_symbol for b in problem.blocks))
+    if not ca.depends_on(ca.vertcat(ca.SX(0, 1), *(e for _, e in terms)), following):
+        return
+    for name, expression in terms:
+        for block in problem.blocks:
+            if ca.depends_on(expression, block.next_symbol):
+                raise ProblemError(
+                    f"'{name}' uses next('{block.name}'), which only dynamics may use; state a "
+                    "link row, or the cost of the next knot"
+                )
+
+
 def _check_terminal(problem: Problem) -> None:
     terms = [(t.name, t.expression) for t in problem.costs if t.at != "running"]
     terms += [(r.name, r.expression) for r in problem.rows if r.at != "running"]
@@ -445,9 +459,7 @@ def _row_lagrangian(problem: Problem, at: str) -> tuple[ca.SX, list[ca.SX]]:
 
 def _structure(problem: Problem, k: Knot) -> ca.Function:
     roles = ca.vertcat(*(b.role for b in problem.blocks))
-    charts = ca.vertcat(
-        *(ca.SX(b.chart.active) if b.chart else ca.SX(0) for b in problem.blocks)
-    )
+    charts = ca.vertcat(*(ca.SX(b.chart.active) if b.chart else ca.SX(0) for b in problem.blocks))
     flags = [
         ca.vertcat(*(r.active for r in groups_at(problem, kind, at)), ca.SX(0, 1))
         for kind, at in _ROW_ORDER
@@ -465,7 +477,7 @@ _ROW_ORDER = (
 
 
 def _chart(problem: Problem, k: Knot) -> ca.Function:
-    """z with charted blocks embedded, and for each charted block its [size, coordinates] slope."""
+    """The knot z with charted blocks embedded; per charted block its [size, coordinates] slope."""
     values, slopes = [], []
     for b in problem.blocks:
         if b.chart is None:
@@ -475,7 +487,13 @@ def _chart(problem: Problem, k: Knot) -> ca.Function:
         embedded = ca.densify(ca.SX(b.chart.embed(coordinates)))
         if embedded.shape != (b.size, 1):
             raise ProblemError(
-                f"chart of block '{b.name}' embeds into shape {embedded.shape}; ({b.size}, 1) needed"
+                f"chart of block '{b.name}' embeds into shape {embedded.shape}; ({b.size}, 1) is "
+                "needed"
+            )
+        if not ca.is_equal(embedded[: b.chart.coordinates], coordinates):
+            raise ProblemError(
+                f"chart of block '{b.name}' must leave its coordinates as they are: its first "
+                f"{b.chart.coordinates} entries are {embedded[: b.chart.coordinates]}"
             )
         slope = ca.densify(ca.jacobian(embedded, coordinates))
         at = b.symbol[: b.chart.coordinates]

@@ -47,7 +47,7 @@ class Penalty(Policy):
     def __post_init__(self) -> None:
         _require_positive(self, stiffness=self.stiffness, smoothing=self.smoothing)
 
-    def coefficients(self) -> tuple[float, float]:
+    def coefficients(self) -> tuple[float, float]:  # noqa: D102
         return self.stiffness, self.smoothing
 
 
@@ -61,7 +61,7 @@ class SquaredHinge(Policy):
     def __post_init__(self) -> None:
         _require_positive(self, stiffness=self.stiffness)
 
-    def coefficients(self) -> tuple[float, float]:
+    def coefficients(self) -> tuple[float, float]:  # noqa: D102
         return self.stiffness, 0.0
 
 
@@ -71,7 +71,7 @@ class RelaxedBarrier(Policy):
 
     Attributes:
         weight: mu.
-        relaxation: delta, distance to the boundary where the quadratic takes over, in the row's unit.
+        relaxation: delta, distance to the boundary where the quadratic begins, in the row's unit.
     """
 
     kind: ClassVar[int] = 3
@@ -81,7 +81,7 @@ class RelaxedBarrier(Policy):
     def __post_init__(self) -> None:
         _require_positive(self, weight=self.weight, relaxation=self.relaxation)
 
-    def coefficients(self) -> tuple[float, float]:
+    def coefficients(self) -> tuple[float, float]:  # noqa: D102
         return self.weight, self.relaxation
 
 
@@ -91,5 +91,5 @@ class Hard(Policy):
 
     kind: ClassVar[int] = 0
 
-    def coefficients(self) -> tuple[float, float]:
+    def coefficients(self) -> tuple[float, float]:  # noqa: D102
         return 0.0, 0.0

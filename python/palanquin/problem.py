@@ -1,10 +1,11 @@
 """Optimal control problems, stated symbolically.
 
-A `Problem` collects blocks of variables, run-time parameters, dynamics, costs and constraint rows as
-CasADi expressions of one knot. Nothing in it depends on the horizon's length or on a gait:
+A `Problem` collects blocks of variables, run-time parameters, dynamics, costs and constraint rows
+as CasADi expressions of one knot. Nothing in it depends on the horizon's length or on a gait:
 
     min  sum_{k<N} l(z_k, p_k) + l_N(z_N, p_N)
-    s.t. x_{k+1} = d(z_k, x_{k+1}, p_k),  g(z_k, p_k) = 0,  h(z_k, p_k) <= 0,  c(z_{k-1}, z_k, p_k) = 0
+    s.t. x_{k+1} = d(z_k, x_{k+1}, p_k),  g(z_k, p_k) = 0,  h(z_k, p_k) <= 0,
+         c(z_{k-1}, z_k, p_k) = 0
 
 where z_k stacks all blocks of knot k and x_k its states. `Problem.lower` compiles it.
 """
@@ -118,10 +119,10 @@ class CostTerm:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Next value of a state block: `value`, or the block's own value (+) `increment`."""
+    """Next value of a state block: the expression, or the block's own value (+) the expression."""
 
-    value: Deferred | None = None
-    increment: Deferred | None = None
+    expression: Expression
+    is_increment: bool
 
 
 class Module(Protocol):
@@ -135,7 +136,7 @@ class Module(Protocol):
 class _Contents:
     blocks: dict[str, Block] = field(default_factory=dict)
     parameters: dict[str, Parameter] = field(default_factory=dict)
-    dynamics: dict[str, Dynamics] = field(default_factory=dict)
+    dynamics: dict[str, Callable[[], Dynamics]] = field(default_factory=dict)
     costs: list[CostTerm] = field(default_factory=list)
     rows: list[RowGroup] = field(default_factory=list)
     handles: list[Any] = field(default_factory=list)
@@ -161,11 +162,9 @@ class Problem:
     """
 
     def __init__(self, horizon: int, dt: float, name: str = "problem") -> None:
-        if not isinstance(horizon, int) or horizon < 1:
-            raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
         if not (np.isfinite(dt) and dt > 0):
             raise ProblemError(f"dt is {dt!r}; it must be a positive number of seconds")
-        self.horizon = horizon
+        self.horizon = checked_horizon(horizon)
         self.name = _checked_name("problem", name)
         self._contents = _Contents()
         self.dt: Expression = self.parameter("dt", default=dt)
@@ -205,7 +204,7 @@ class Problem:
         return self._add_block(name, size, is_state=False, role=ca.SX(role), chart=chart)
 
     def next(self, symbol: Expression) -> Expression:
-        """Value of a state block at the next knot, for use in `dynamics` (semi-implicit schemes)."""
+        """Value of a state block at the next knot, for `dynamics` alone (semi-implicit schemes)."""
         block = self._block_of(symbol)
         if not block.is_state:
             raise ProblemError(f"next('{block.name}'): only states have a next value")
@@ -240,6 +239,8 @@ class Problem:
             raise ProblemError(
                 f"parameter '{name}': default of shape {np.shape(default)} does not fit {dims}"
             ) from error
+        if not np.all(np.isfinite(value)):
+            raise ProblemError(f"parameter '{name}': its default is not finite")
         flat = ca.SX.sym(name, int(np.prod(dims)))
         self._contents.parameters[name] = Parameter(name, dims, flat, value)
         return flat if len(dims) == 1 else ca.reshape(flat, dims[1], dims[0]).T
@@ -272,10 +273,9 @@ class Problem:
             raise ProblemError(f"dynamics('{block.name}') is stated twice")
         if (value is None) == (increment is None):
             raise ProblemError(f"dynamics('{block.name}'): give either value or increment")
-        dynamics = Dynamics(value, increment)
         if not (callable(value) or callable(increment)):
-            dynamics = _resolved(block, dynamics)
-        self._contents.dynamics[block.name] = dynamics
+            _resolved(block, value, increment)  # errors come at once where they can
+        self._contents.dynamics[block.name] = lambda: _resolved(block, value, increment)
 
     def residual(
         self,
@@ -323,7 +323,13 @@ class Problem:
                 `scale`, the physical size of one unit of the row (100 for rows in 100 N);
                 `implied`, true where roles and charts hold the rows by construction.
         """
-        self._add_rows("inequality", name, expression, policy or policies.Penalty(), **options)
+        policy = policy or policies.Penalty()
+        for other in self._contents.rows:
+            if other.kind == "inequality" and other.name == name and other.policy != policy:
+                raise ProblemError(
+                    f"inequality '{name}': policy is {policy}, but its family has {other.policy}"
+                )
+        self._add_rows("inequality", name, expression, policy, **options)
 
     def link(self, name: str, expression: Expression, **options: Any) -> None:
         """Adds rows over the knot before and this one (`previous`), expression = 0, k = 0..N-1."""
@@ -338,7 +344,7 @@ class Problem:
         return results[0] if len(results) == 1 else results
 
     def lower(self, **options: Any) -> Lowered:
-        """Compiles the problem, or finds it compiled in the cache; see `palanquin.lowered.lower`."""
+        """Compiles the problem, or finds it in the cache; see `palanquin.lowered.lower`."""
         from palanquin.lowered import lower
 
         return lower(self, **options)
@@ -373,7 +379,7 @@ class Problem:
         """Dynamics of a state block, evaluated; raises ProblemError when none was stated."""
         if block.name not in self._contents.dynamics:
             raise ProblemError(f"state '{block.name}' has no dynamics")
-        return _resolved(block, self._contents.dynamics[block.name])
+        return self._contents.dynamics[block.name]()
 
     # ---- helpers -------------------------------------------------------------------------------
 
@@ -452,6 +458,13 @@ class Problem:
         )
 
 
+def checked_horizon(horizon: Any) -> int:
+    """A number of intervals; raises ProblemError for anything else."""
+    if not isinstance(horizon, (int, np.integer)) or isinstance(horizon, bool) or horizon < 1:
+        raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
+    return int(horizon)
+
+
 def _checked_name(what: str, name: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ProblemError(
@@ -466,14 +479,14 @@ def _checked_at(name: str, at: str) -> At:
     return at  # type: ignore[return-value]
 
 
-def _resolved(block: Block, dynamics: Dynamics) -> Dynamics:
+def _resolved(block: Block, value: Deferred | None, increment: Deferred | None) -> Dynamics:
     """Dynamics with functions called and sizes checked."""
     what = f"dynamics('{block.name}')"
-    value = dynamics.value() if callable(dynamics.value) else dynamics.value
+    value = value() if callable(value) else value
     if value is not None:
-        return Dynamics(value=_column(f"{what} value", value, block.size))
-    step = dynamics.increment() if callable(dynamics.increment) else dynamics.increment
-    return Dynamics(increment=_column(f"{what} increment", step, block.tangent_size))
+        return Dynamics(_column(f"{what} value", value, block.size), is_increment=False)
+    step = increment() if callable(increment) else increment
+    return Dynamics(_column(f"{what} increment", step, block.tangent_size), is_increment=True)
 
 
 def _column(what: str, expression: Any, size: int | None = None) -> Expression:

@@ -41,7 +41,7 @@ def rotation_matrix(q: ca.SX) -> ca.SX:
 
 
 def skew(v: ca.SX) -> ca.SX:
-    """[3, 3] matrix with skew(v) w = v x w."""
+    """The [3, 3] matrix S of the cross product, S w = v x w."""
     return ca.skew(v)
 
 

@@ -46,7 +46,7 @@ class Evaluation:
 
     def increment(self, name):
         block = next(b for b in self.problem.blocks if b.name == name)
-        return self(self.problem.dynamics_of(block).increment)
+        return self(self.problem.dynamics_of(block).expression)
 
     def rows(self, name, limb=None, robot=None):
         groups = [

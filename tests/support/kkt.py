@@ -135,13 +135,11 @@ class WholeHorizon:
             if not block.is_state:
                 continue
             dynamics = self.problem.dynamics_of(block)
-            if dynamics.value is not None:
-                value = at_knot(dynamics.value)
-            elif block.is_quaternion:
-                turn = quaternion.exp(at_knot(dynamics.increment))
-                value = quaternion.multiply(start, turn)
-            else:
-                value = start + at_knot(dynamics.increment)
+            value = at_knot(dynamics.expression)
+            if dynamics.is_increment and block.is_quaternion:
+                value = quaternion.multiply(start, quaternion.exp(value))
+            elif dynamics.is_increment:
+                value = start + value
             if block.is_quaternion:  # three rows: both are of unit norm
                 value = 2 * quaternion.multiply(quaternion.conjugate(end), value)[1:4]
             else:

@@ -1,0 +1,299 @@
+"""Stating problems: every inconsistency is refused with a message that names it."""
+
+import casadi as ca
+import pytest
+
+import palanquin as pq
+from palanquin import lowering
+
+
+def problem():
+    return pq.Problem(horizon=4, dt=0.1, name="cart")
+
+
+def cart():
+    """A stated problem with two states and an input, and their symbols."""
+    p = problem()
+    x, v, u = p.state("x", 1), p.state("v", 2), p.input("u", 1)
+    return p, x, v, u
+
+
+# ---- refused on the spot -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"horizon": 0, "dt": 0.1}, "horizon is 0; it must be an integer of at least 1"),
+        ({"horizon": 2.5, "dt": 0.1}, "horizon is 2.5"),
+        ({"horizon": 2, "dt": 0.0}, "dt is 0.0; it must be a positive number"),
+        ({"horizon": 2, "dt": -0.1}, "dt is -0.1"),
+        ({"horizon": 2, "dt": float("nan")}, "dt is nan"),
+        ({"horizon": 2, "dt": 0.1, "name": "a b"}, "problem name 'a b' must start with a letter"),
+        ({"horizon": 2, "dt": 0.1, "name": ""}, "problem name ''"),
+    ],
+)
+def test_bad_problem(arguments, message):
+    with pytest.raises(pq.ProblemError, match=message):
+        pq.Problem(**arguments)
+
+
+REFUSED = {
+    "block 'x' exists already": lambda p, x, v, u: p.input("x", 1),
+    "block name '1x' must start": lambda p, x, v, u: p.state("1x", 1),
+    "block 'y': size is 0; it must be at least 1": lambda p, x, v, u: p.state("y", 0),
+    "block 'y': size is 1.5": lambda p, x, v, u: p.state("y", 1.5),
+    r"block 'f': chart.coordinates is 4; 1 to 3": lambda p, x, v, u: p.variable(
+        "f", 3, chart=pq.Chart(4, lambda y: y)
+    ),
+    "parameter 'dt' exists already": lambda p, x, v, u: p.parameter("dt"),
+    "parameter 'm': shape 0 must be": lambda p, x, v, u: p.parameter("m", 0),
+    r"parameter 'm': shape \(1, 2, 3\)": lambda p, x, v, u: p.parameter("m", (1, 2, 3)),
+    r"parameter 'm': default of shape \(2,\) does not fit \(3,\)": lambda p, x, v, u: p.parameter(
+        "m", 3, [1, 2]
+    ),
+    "parameter 'm': default of shape": lambda p, x, v, u: p.parameter("m", 1, "heavy"),
+    "parameter 'm': its default is not finite": lambda p, x, v, u: p.parameter(
+        "m", 1, float("nan")
+    ),
+    r"next\('u'\): only states": lambda p, x, v, u: p.next(u),
+    "is not a block of problem 'cart'": lambda p, x, v, u: p.next(ca.SX.sym("x")),
+    "is not a block": lambda p, x, v, u: p.previous(2 * x),
+    r"dynamics\('u'\): it is not a state": lambda p, x, v, u: p.dynamics(u, u),
+    r"dynamics\('x'\): give either value or increment": lambda p, x, v, u: p.dynamics(x),
+    r"dynamics\('v'\) value has 1 rows; 2 are needed": lambda p, x, v, u: p.dynamics(v, x),
+    r"dynamics\('v'\) increment has 1 rows; 2": lambda p, x, v, u: p.dynamics(v, increment=x),
+    r"residual 'r' has shape \(2, 2\); a column": lambda p, x, v, u: p.residual("r", v @ v.T),
+    "residual 'r' weight has 3 rows; 2 are needed": lambda p, x, v, u: p.residual(
+        "r", v, [1, 2, 3]
+    ),
+    "residual 'r' is not a CasADi expression": lambda p, x, v, u: p.residual("r", "x"),
+    "cost 'c' has 2 rows; 1 are needed": lambda p, x, v, u: p.cost("c", v),
+    "'r': at is 'end'; it must be 'running', 'terminal' or 'all'": lambda p, x, v, u: p.residual(
+        "r", x, at="end"
+    ),
+    "link 'l': at is 'all'; link rows hold at running": lambda p, x, v, u: p.link("l", x, at="all"),
+    "equality 'e': scale is 0; it must be positive": lambda p, x, v, u: p.equality("e", x, scale=0),
+    "equality 'e' active has 2 rows; 1": lambda p, x, v, u: p.equality("e", x, active=v),
+    "equality 'e': owner name 'a b'": lambda p, x, v, u: p.equality("e", x, robot="a b"),
+    "inequality name 'my row'": lambda p, x, v, u: p.inequality("my row", x),
+}
+
+
+@pytest.mark.parametrize("message", REFUSED)
+def test_refused_on_the_spot(message):
+    with pytest.raises(pq.ProblemError, match=message):
+        REFUSED[message](*cart())
+
+
+def test_dynamics_stated_twice():
+    p, x, _, _ = cart()
+    p.dynamics(x, x)
+    with pytest.raises(pq.ProblemError, match=r"dynamics\('x'\) is stated twice"):
+        p.dynamics(x, x)
+
+
+def test_symbols_of_another_problem_are_not_blocks():
+    p, q = problem(), problem()
+    p.state("x", 1)
+    with pytest.raises(pq.ProblemError, match="is not a block of problem 'cart'"):
+        p.dynamics(q.state("x", 1), 0)
+
+
+def test_a_family_has_one_policy():
+    p, x, v, _ = cart()
+    p.inequality("limit", x, policy=pq.Penalty(stiffness=1.0))
+    p.inequality("limit", v, policy=pq.Penalty(stiffness=1.0))
+    with pytest.raises(pq.ProblemError, match=r"'limit': .*Hard.* family has .*stiffness=1\.0"):
+        p.inequality("limit", v, policy=pq.Hard())
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: pq.Penalty(stiffness=0.0), "Penalty.stiffness is 0.0; it must be positive"),
+        (lambda: pq.Penalty(smoothing=float("nan")), "Penalty.smoothing is nan"),
+        (lambda: pq.SquaredHinge(stiffness=-1.0), "SquaredHinge.stiffness is -1.0"),
+        (lambda: pq.RelaxedBarrier(weight=float("inf")), "RelaxedBarrier.weight is inf"),
+        (lambda: pq.RelaxedBarrier(relaxation=0.0), "RelaxedBarrier.relaxation is 0.0"),
+    ],
+)
+def test_bad_policy(make, message):
+    with pytest.raises(pq.ProblemError, match=message):
+        make()
+
+
+# ---- refused when lowered, before anything is compiled -------------------------------------------
+
+
+@pytest.fixture
+def complete():
+    """A problem with all its dynamics, to be spoilt."""
+    p, x, v, u = cart()
+    p.dynamics(x, x + v[0])
+    p.dynamics(v, increment=ca.vertcat(u, 0))
+    return p, x, v, u
+
+
+def empty(p):
+    return problem()
+
+
+def no_state(p):
+    q = problem()
+    q.input("u", 1)
+    return q
+
+
+def no_dynamics(p):
+    p.state("w", 1)
+
+
+def wrong_size_of_a_deferred_expression(p):
+    p.dynamics(p.state("w", 2), increment=lambda: ca.SX(3, 1))
+
+
+def cycle_of_next_values(p):
+    a, b = p.state("a", 1), p.state("b", 1)
+    p.dynamics(a, p.next(b))
+    p.dynamics(b, increment=p.next(a))
+
+
+def own_next_value(p):
+    a = p.state("a", 1)
+    p.dynamics(a, 0.5 * p.next(a))
+
+
+def terminal_residual_with_input(p):
+    p.residual("end", p.input("w", 1), at="all")
+
+
+def terminal_row_with_input(p):
+    p.equality("end", p.input("w", 1), at="terminal")
+
+
+def residual_with_next_value(p):
+    p.residual("ahead", p.next(p.blocks[0].symbol))
+
+
+def row_with_next_value(p):
+    p.inequality("ahead", p.next(p.blocks[0].symbol))
+
+
+def residual_with_previous_value(p):
+    p.residual("behind", p.previous(p.blocks[0].symbol))
+
+
+def foreign_symbol_in_cost(p):
+    p.cost("strange", ca.SX.sym("wind") ** 2)
+
+
+def foreign_symbol_in_dynamics(p):
+    p.dynamics(p.state("w", 1), ca.SX.sym("wind"))
+
+
+def foreign_symbol_in_weight(p):
+    p.residual("strange", p.blocks[0].symbol, weight=ca.SX.sym("wind"))
+
+
+def role_of_a_variable(p):
+    p.variable("foot", 3, role=p.blocks[0].symbol)
+
+
+def flag_of_a_variable(p):
+    p.equality("row", p.blocks[0].symbol, active=p.blocks[0].symbol)
+
+
+def chart_of_wrong_size(p):
+    p.variable("foot", 3, chart=pq.Chart(2, lambda y: y))
+
+
+def chart_that_moves_its_coordinates(p):
+    p.variable("foot", 3, chart=pq.Chart(2, lambda y: ca.vertcat(2 * y, 0)))
+
+
+SPOILT = {
+    empty: "problem 'cart' has no variables",
+    no_state: "problem 'cart' has no state",
+    no_dynamics: "state 'w' has no dynamics",
+    wrong_size_of_a_deferred_expression: r"dynamics\('w'\) increment has 3 rows; 2 are needed",
+    cycle_of_next_values: "dynamics of a, b depend on each other's next values in a cycle",
+    own_next_value: "dynamics of a depend on each other's next values",
+    terminal_residual_with_input: "'end' holds at the terminal knot but uses 'w'",
+    terminal_row_with_input: "'end' holds at the terminal knot but uses 'w'",
+    residual_with_next_value: r"'ahead' uses next\('x'\)",
+    row_with_next_value: r"'ahead' uses next\('x'\)",
+    residual_with_previous_value: "running depends on x-, which is not available there",
+    foreign_symbol_in_cost: "running depends on wind, which is not available",
+    foreign_symbol_in_dynamics: "running depends on wind",
+    foreign_symbol_in_weight: "running depends on wind",
+    role_of_a_variable: "structure depends on x",
+    flag_of_a_variable: "structure depends on x",
+    chart_of_wrong_size: r"chart of block 'foot' embeds into shape \(2, 1\)",
+    chart_that_moves_its_coordinates: "chart of block 'foot' must leave its coordinates",
+}
+
+
+@pytest.mark.parametrize("spoil", SPOILT, ids=lambda f: f.__name__)
+def test_refused_when_lowered(spoil, complete, monkeypatch, tmp_path):
+    monkeypatch.setenv("PALANQUIN_CACHE", str(tmp_path))
+    spoilt = spoil(complete[0]) or complete[0]
+    with pytest.raises(pq.ProblemError, match=SPOILT[spoil]):
+        spoilt.lower()
+    assert [p.name for p in tmp_path.iterdir() if p.name != ".lock"] == []
+
+
+def test_errors_are_of_pythons_kinds_too():
+    assert issubclass(pq.ProblemError, ValueError)
+    assert issubclass(pq.LoweringError, RuntimeError)
+    assert issubclass(pq.ProblemError, pq.PalanquinError)
+
+
+# ---- what is accepted ----------------------------------------------------------------------------
+
+
+def test_parameter_shapes():
+    p = problem()
+    vector = p.parameter("v", 3, [1, 2, 3])
+    matrix = p.parameter("m", (2, 3), [[1, 2, 3], [4, 5, 6]])
+    assert vector.shape == (3, 1)
+    assert matrix.shape == (2, 3)
+    flat = {q.name: q for q in p.parameters}["m"]
+    value = ca.Function("m", [flat.symbol], [matrix])(flat.default)
+    assert value.full().tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+def test_deferred_dynamics_see_what_came_later():
+    p, x, v, u = cart()
+    forces = []
+    p.dynamics(x, x)
+    p.dynamics(v, increment=lambda: sum(forces))
+    forces.append(ca.vertcat(u, u))
+    assert lowering.next_state(p).shape == (3, 1)
+
+
+def test_modules_hand_out_handles():
+    class Spring:
+        def add_to(self, p):
+            return p.parameter("stiffness")
+
+    p = problem()
+    stiffness = p.add(Spring())
+    assert stiffness.name() == "stiffness"
+    assert p.handles(ca.SX) == [stiffness]
+
+
+def test_manifest_lists_blocks_parameters_and_rows(complete):
+    p, _, v, u = complete
+    p.inequality("limit", u - 1, robot="left", limb="LF", scale=100.0)
+    p.equality("end", v, at="terminal", implied=True)
+    assert lowering.manifest(p).splitlines() == [
+        "palanquin 1",
+        "name cart",
+        "block x real 1 state 0",
+        "block v real 2 state 0",
+        "block u real 1 variable 0",
+        "parameter dt 1",
+        "rows running inequality limit left LF 1 0 100.0",
+        "rows terminal equality end - - 2 1 1.0",
+    ]
