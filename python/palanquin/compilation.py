@@ -37,6 +37,7 @@ DEFAULT_FLAGS = (
     "-fno-math-errno", "-freciprocal-math", "-fno-signed-zeros", "-fno-trapping-math",
 )  # fmt: skip
 LOCK_TIMEOUT_S = 600.0
+_BUILD_PREFIX = ".build-"
 
 _temporary_folders: list[tempfile.TemporaryDirectory[str]] = []
 
@@ -123,17 +124,23 @@ def build(
     target = cache_folder() / f"{name}-{key}.so"
     if _is_complete(target):
         return Library(target, True, time.perf_counter() - start)
-    with _writable_folder(target.parent) as (folder, lock):
-        with lock:
-            target = folder / target.name
-            if _is_complete(target):  # another process was faster
-                return Library(target, True, time.perf_counter() - start)
-            logger.info("lowering '%s': not in the cache, compiling ...", name)
-            try:
-                _compile(folder, target, functions(), manifest, command, flags)
-            except OSError as error:
-                raise LoweringError(f"cannot write '{target}': {error}") from error
+    with _locked_folder(target.parent) as folder:
+        target = folder / target.name
+        if _is_complete(target):  # another process was faster
+            return Library(target, True, time.perf_counter() - start)
+        logger.info("lowering '%s': not in the cache, compiling ...", name)
+        try:
+            _sweep(folder)
+            _compile(folder, target, functions(), manifest, command, flags)
+        except OSError as error:
+            raise LoweringError(f"cannot write '{target}': {error}") from error
     return Library(target, False, time.perf_counter() - start)
+
+
+def discard(library: Library) -> None:
+    """Takes a library out of the cache, as far as that can be written."""
+    with contextlib.suppress(OSError):
+        library.path.with_suffix(".size").unlink(missing_ok=True)
 
 
 def _is_complete(path: Path) -> bool:
@@ -145,15 +152,36 @@ def _is_complete(path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def _writable_folder(preferred: Path) -> Iterator[tuple[Path, filelock.BaseFileLock]]:
+def _locked_folder(preferred: Path) -> Iterator[Path]:
+    """A folder that no other process compiles in: see `_writable_folder`."""
+    folder = _writable_folder(preferred)
+    lock = filelock.FileLock(folder / ".lock", timeout=LOCK_TIMEOUT_S)
+    try:
+        lock.acquire()
+    except filelock.Timeout as error:
+        raise LoweringError(
+            f"waited {LOCK_TIMEOUT_S} s for another process to release the lock '{lock.lock_file}'"
+        ) from error
+    try:
+        yield folder
+    finally:
+        lock.release()
+
+
+def _sweep(folder: Path) -> None:
+    """Removes what compiles of killed processes left. The caller holds the folder's lock."""
+    for rubbish in folder.glob(f"{_BUILD_PREFIX}*"):
+        shutil.rmtree(rubbish, ignore_errors=True)
+
+
+def _writable_folder(preferred: Path) -> Path:
     """`preferred`, or a temporary folder of this process when it cannot be written."""
     try:
         preferred.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=preferred) as probe:
             probe.write(bytes(1 << 16))
             probe.flush()
-        yield preferred, filelock.FileLock(preferred / ".lock", timeout=LOCK_TIMEOUT_S)
-        return
+        return preferred
     except OSError as error:
         logger.warning(
             "cache folder '%s' cannot be written (%s); compiling for this process only. "
@@ -162,8 +190,7 @@ def _writable_folder(preferred: Path) -> Iterator[tuple[Path, filelock.BaseFileL
         )  # fmt: skip
     holder = tempfile.TemporaryDirectory(prefix="palanquin-")
     _temporary_folders.append(holder)
-    folder = Path(holder.name)
-    yield folder, filelock.FileLock(folder / ".lock")
+    return Path(holder.name)
 
 
 def _compile(
@@ -174,7 +201,7 @@ def _compile(
     command: list[str],
     flags: tuple[str, ...],
 ) -> None:
-    with tempfile.TemporaryDirectory(dir=folder, prefix=".build-") as work:
+    with tempfile.TemporaryDirectory(dir=folder, prefix=_BUILD_PREFIX) as work:
         source = Path(work) / "lowered.c"
         generator = ca.CodeGenerator("lowered.c", {"with_header": False})
         for function in functions:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,13 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from palanquin import _core, compilation, lowering
 from palanquin.errors import LoweringError, ProblemError
 from palanquin.policies import Policy
-from palanquin.problem import Parameter, Problem
+from palanquin.problem import Parameter, Problem, checked_horizon
 
 logger = logging.getLogger("palanquin.lowering")
 
-_VERSION_PARTS = [
-    Path(module.__file__ or "").read_bytes() for module in (lowering, compilation)
-]
+_VERSION_PARTS = [Path(module.__file__ or "").read_bytes() for module in (lowering, compilation)]
 
 
 @dataclass(frozen=True)
@@ -38,7 +35,10 @@ class NamedArray:
     """A [knots, n] array whose columns have names; `a["name"]` is a [knots, ...] view."""
 
     def __init__(
-        self, what: str, values: NDArray[np.float64], columns: dict[str, tuple[slice, tuple]]
+        self,
+        what: str,
+        values: NDArray[np.float64],
+        columns: dict[str, tuple[slice, tuple[int, ...]]],
     ) -> None:
         self._what = what
         self.values = values
@@ -72,7 +72,7 @@ class NamedArray:
         """An independent copy."""
         return NamedArray(self._what, self.values.copy(), self._columns)
 
-    def _find(self, name: str) -> tuple[slice, tuple]:
+    def _find(self, name: str) -> tuple[slice, tuple[int, ...]]:
         try:
             return self._columns[name]
         except KeyError:
@@ -104,12 +104,12 @@ class Lowered:
         self.policies: dict[str, Policy] = {
             r.name: r.policy for r in problem.rows if r.kind == "inequality"
         }
-        self._block_columns: dict[str, tuple[slice, tuple]] = {}
+        self._block_columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
         offset = 0
         for b in problem.blocks:
             self._block_columns[b.name] = (slice(offset, offset + b.size), (b.size,))
             offset += b.size
-        self._parameter_columns: dict[str, tuple[slice, tuple]] = {}
+        self._parameter_columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
         offset = 0
         for q in problem.parameters:
             size = q.default.size
@@ -129,35 +129,36 @@ class Lowered:
         A scalar parameter's view is [N + 1].
         """
         defaults = np.concatenate([q.default for q in self._parameters])
-        values = np.tile(defaults, ((horizon or self.horizon) + 1, 1))
+        values = np.tile(defaults, (self._knots(horizon), 1))
         return NamedArray("parameter", values, self._parameter_columns)
 
     def trajectory(self, horizon: int | None = None) -> NamedArray:
         """A neutral trajectory: z["block"] is a view [N + 1, size]; identity quaternions, zeros."""
-        values = _core.neutral_trajectory(self.core, horizon or self.horizon)
+        values = _core.neutral_trajectory(self.core, self._knots(horizon) - 1)
         return self.wrap(values)
 
     def knot(self) -> NamedArray:
         """A neutral knot vector, for measured states: z["block"] is a view [size]."""
         return self.wrap(_core.neutral_trajectory(self.core, 1)[0].copy())
 
+    def _knots(self, horizon: int | None) -> int:
+        return 1 + checked_horizon(self.horizon if horizon is None else horizon)
+
     def wrap(self, values: NDArray[np.float64]) -> NamedArray:
         """Names the columns of an [N + 1, nz] or [nz] array."""
         return NamedArray("block", values, self._block_columns)
 
     def step(self, z: ArrayLike, p: ArrayLike) -> NDArray[np.float64]:
-        """The nominal model: next knot vector [nz] from z [nz] and p [np]; other blocks are kept."""
+        """The nominal model: next knot vector [nz] from z [nz], p [np]; other blocks are kept."""
         return _core.step_dynamics(self.core, np.asarray(z, float), np.asarray(p, float))
 
-    def shift(
-        self, trajectory: NamedArray, parameters: NamedArray, elapsed: float
-    ) -> NamedArray:
+    def shift(self, trajectory: NamedArray, parameters: NamedArray, elapsed: float) -> NamedArray:
         """The plan as seen `elapsed` seconds later, as a warm start (see C++ `shift`)."""
         spacing = np.ascontiguousarray(parameters["dt"])
         return self.wrap(_core.shift(self.core, trajectory.values, spacing, float(elapsed)))
 
     def library(self, kind: str) -> str:
-        """Path of a further library ("nlp" for Ipopt, "exact" for exact Hessians), built if need be."""
+        """Path of a further library: "nlp" for Ipopt, "exact" for exact Hessians; cached too."""
         functions = {
             "nlp": lowering.nlp_functions,
             "exact": lowering.exact_hessian_functions,
@@ -194,16 +195,11 @@ def lower(problem: Problem) -> Lowered:
         compilation.compiler_identity(command),
         " ".join([*command, *compilation.DEFAULT_FLAGS]),
     )
-    library = compilation.build(
-        problem.name, key, lambda: lowering.sqp_functions(problem), manifest, command
+    library, core = _built_and_loaded(
+        lambda: compilation.build(
+            problem.name, key, lambda: lowering.sqp_functions(problem), manifest, command
+        )
     )
-    try:
-        core = _core.LoweredProblem(str(library.path))
-    except RuntimeError as error:
-        raise LoweringError(
-            f"the compiled problem cannot be loaded ({error}); "
-            f"delete '{library.path}' and lower again"
-        ) from error
     report = LoweringReport(
         cache_hit=library.cache_hit,
         path=library.path,
@@ -212,6 +208,20 @@ def lower(problem: Problem) -> Lowered:
     )
     _log(problem.name, library)
     return Lowered(problem, core, report, key, command)
+
+
+def _built_and_loaded(
+    build: Callable[[], compilation.Library],
+) -> tuple[compilation.Library, _core.LoweredProblem]:
+    """A library that loads: one that lies damaged in the cache is built anew."""
+    library = build()
+    try:
+        return library, _core.LoweredProblem(str(library.path))
+    except RuntimeError as error:
+        compilation.discard(library)
+        if library.cache_hit:
+            return _built_and_loaded(build)
+        raise LoweringError(f"the compiled problem cannot be loaded: {error}") from error
 
 
 def _log(name: str, library: compilation.Library) -> None:
