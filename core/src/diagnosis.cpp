@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "knot_buffers.hpp"
 #include "palanquin/core/transcription.hpp"
@@ -154,6 +155,13 @@ std::vector<RowViolation> Transcription::worst_rows(const RowMatrix& trajectory,
                     [](const RowViolation& a, const RowViolation& b) { return a.value > b.value; });
   rows.resize(kept);
   return rows;
+}
+
+std::string Transcription::describe_worst_rows(const RowMatrix& trajectory) {
+  std::ostringstream text;
+  for (const RowViolation& row : worst_rows(trajectory, 3))
+    text << (text.tellp() == 0 ? "worst: " : ", ") << row.name << ' ' << row.value;
+  return text.str();
 }
 
 }  // namespace palanquin

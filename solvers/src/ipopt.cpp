@@ -102,6 +102,8 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
     result.iterations = application->Statistics()->IterationCount();
   result.milliseconds = elapsed.count();
   result.trajectory = nlp->trajectory();
+  if (result.status == Status::Infeasible)
+    result.message += "; " + transcription_.describe_worst_rows(result.trajectory);
   return result;
 }
 

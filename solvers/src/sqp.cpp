@@ -176,7 +176,8 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
     if (feasible)
       finish(Status::Stalled, "no step length was accepted from a feasible point");
     else if (is_usable(record.qp_status) || record.qp_status == QpStatus::PrimalInfeasible)
-      finish(Status::Infeasible, "the constraints cannot be met");
+      finish(Status::Infeasible,
+             "the constraints cannot be met; " + transcription_.describe_worst_rows(iterate_));
     else
       finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
                                    "' answered: " + std::string(to_string(record.qp_status)));

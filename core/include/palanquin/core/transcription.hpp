@@ -110,6 +110,8 @@ class Transcription {
   std::map<std::string, double> violations(const RowMatrix& trajectory);
   /// The `count` largest residuals of equality-type and violated inequality rows.
   std::vector<RowViolation> worst_rows(const RowMatrix& trajectory, int count);
+  /// The three of them in words, for messages: "worst: friction (limb LF, row 2, knot 3) 0.2, ...".
+  std::string describe_worst_rows(const RowMatrix& trajectory);
 
  private:
   struct KnotBuffers;  // results of the lowered functions at one knot
