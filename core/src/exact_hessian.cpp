@@ -19,15 +19,15 @@ void CurvatureMirror::apply(SparseBlock& lower) {
   const double* value = lower.values.data();
   for (Eigen::Index j = 0; j < size; ++j)
     for (Eigen::Index i = j; i < size; ++i) matrix_(i, j) = *value++;
-  const bool is_finite =
-      std::all_of(lower.values.begin(), lower.values.end(), [](double v) { return std::isfinite(v); });
+  const bool is_finite = std::all_of(lower.values.begin(), lower.values.end(),
+                                     [](double v) { return std::isfinite(v); });
   if (size == 0 || !is_finite) return;  // the QP back end will say so
 
   eigen_.compute(matrix_);
   const Eigen::VectorXd& d = eigen_.eigenvalues();
   if (eigen_.info() != Eigen::Success || d[0] >= -kRounding * std::abs(d[size - 1])) return;
   const Eigen::MatrixXd& V = eigen_.eigenvectors();
-  scaled_.noalias() = V * d.cwiseMax(0.0).asDiagonal();
+  scaled_.noalias() = V * d.cwiseAbs().asDiagonal();
   matrix_.noalias() = scaled_ * V.transpose();
   double* target = lower.values.data();
   for (Eigen::Index j = 0; j < size; ++j)
@@ -119,8 +119,7 @@ void Transcription::evaluate_exact_hessian(int thread, int knot, const RowMatrix
 
   SparseBlock& hessian = qp_.stages[k].hessian;
   std::fill(hessian.values.begin(), hessian.values.end(), 0.0);
-  shape.exact_hessian.add(buffers.hessian.data(), buffers_[k].slopes.data(),
-                          hessian.values.data());
+  shape.exact_hessian.add(buffers.hessian.data(), buffers_[k].slopes.data(), hessian.values.data());
   buffers.mirror.apply(hessian);
 }
 

@@ -25,7 +25,7 @@ struct ExactHessian {
 /// keep steps of a sensible length. A matrix that is positive semidefinite keeps its values.
 class CurvatureMirror {
  public:
-  /// `lower` is a dense lower triangle. Allocates only when its size changes.
+  /// `lower` is a dense lower triangle. Allocates (Eigen's eigenvalue solver does).
   void apply(SparseBlock& lower);
 
  private:

@@ -82,8 +82,8 @@ struct IterationRecord {
 ///      the QP failed, once more with a proximal term, and then the iterate is kept.
 ///
 /// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper.
-/// A solver is used by one thread at a time and keeps its workspace between solves; the loop does
-/// not allocate once the patterns have been seen.
+/// A solver is used by one thread at a time and keeps its workspace between solves. With
+/// Gauss-Newton Hessians a solve does not allocate while the knots' dimensions stay what they were.
 class Sqp {
  public:
   /// `exact` is needed for exact Hessians. Throws std::invalid_argument for invalid settings,
