@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import Enum
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +14,7 @@ from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.lowered import Lowered, NamedArray
 from palanquin.policies import Policy
+from palanquin.problem import checked_horizon
 
 Status = _core.Status
 
@@ -83,9 +85,7 @@ class _Solver:
 
     def __init__(self, lowered: Lowered, horizon: int | None) -> None:
         self.lowered = lowered
-        self.horizon = horizon if horizon is not None else lowered.horizon
-        if not isinstance(self.horizon, int) or self.horizon < 1:
-            raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
+        self.horizon = checked_horizon(lowered.horizon if horizon is None else horizon)
 
     _core: Any
 
@@ -102,6 +102,12 @@ class _Solver:
         self, parameters: NamedArray, measured: NamedArray | ArrayLike, guess: NamedArray | None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         p = parameters.values
+        late = parameters["dt"] <= 0
+        if np.any(late):
+            k = int(np.argmax(late))
+            raise ProblemError(
+                f"parameter 'dt' is {parameters['dt'][k]} at knot {k}; it must be positive"
+            )
         z = np.asarray(measured.values if isinstance(measured, NamedArray) else measured, float)
         start = guess.values if guess is not None else np.tile(z, (self.horizon + 1, 1))
         return p, z, np.ascontiguousarray(start)
@@ -132,7 +138,9 @@ class Sqp(_Solver):
     ) -> None:
         super().__init__(lowered, horizon)
         self.settings = configure(settings or _core.SqpSettings(), **options)
-        self._core = _core.Sqp(lowered.core, self.horizon, self.settings)
+        is_exact = self.settings.hessian == _core.HessianKind.EXACT
+        library = lowered.library("exact") if is_exact else ""
+        self._core = _core.Sqp(lowered.core, self.horizon, self.settings, library)
         self._prepared: tuple[NDArray[np.float64], ...] = ()
         self._set_default_policies()
 
@@ -271,23 +279,25 @@ def configure(settings: Any, **options: Any) -> Any:
             raise ProblemError(
                 f"{type(settings).__name__} has no field '{name}'; it has {', '.join(known)}"
             )
-        if isinstance(value, dict):
-            configure(getattr(settings, name), **value)
+        current = getattr(settings, name)
+        if isinstance(value, dict) and not isinstance(current, (str, int, float, Enum)):
+            configure(current, **value)
             continue
-        if name == "form" and isinstance(value, str):
-            value = _form(value)
+        if isinstance(value, str) and isinstance(current, Enum):
+            value = _member(name, type(current), value)
         try:
             setattr(settings, name, value)
         except TypeError as error:
             raise ProblemError(
                 f"{type(settings).__name__}.{name} is {value!r}, "
-                f"a {type(value).__name__}; a {type(getattr(settings, name)).__name__} is needed"
+                f"a {type(value).__name__}; a {type(current).__name__} is needed"
             ) from error
     return settings
 
 
-def _form(name: str) -> _core.Form:
-    forms = {"reduced": _core.Form.REDUCED, "paper": _core.Form.PAPER}
-    if name not in forms:
-        raise ProblemError(f"form is '{name}'; it must be one of {', '.join(forms)}")
-    return forms[name]
+def _member(name: str, kind: type[Enum], value: str) -> Enum:
+    """The member that a string in lower case names."""
+    members = {member.name.lower(): member for member in kind}
+    if value not in members:
+        raise ProblemError(f"{name} is '{value}'; it must be one of {', '.join(members)}")
+    return members[value]
