@@ -28,7 +28,8 @@ function(palanquin_add_library name)
 endfunction()
 
 # palanquin_add_test(<name> SOURCES ... [LIBRARIES ...]): one GoogleTest executable, its cases known
-# to ctest one by one. Part of the target palanquin_tests, not of a plain build.
+# to ctest one by one. Part of the target palanquin_tests, not of a plain build. Tests find lowered
+# problems in the folder that the fixture lowered_problems (tests/CMakeLists.txt) fills.
 function(palanquin_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES")
   add_executable(${name} EXCLUDE_FROM_ALL ${arg_SOURCES})
@@ -36,5 +37,7 @@ function(palanquin_add_test name)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   palanquin_target(${name})
   add_dependencies(palanquin_tests ${name})
-  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES
+    FIXTURES_REQUIRED lowered_problems
+    ENVIRONMENT PALANQUIN_LOWERED_PROBLEMS=${PALANQUIN_LOWERED_PROBLEMS})
 endfunction()
