@@ -15,6 +15,7 @@ class Code:
     def __init__(self, problem, path, seed=0):
         rng = np.random.default_rng(seed)
         self.problem, self.path = problem, path
+        self.functions = {}
         self.rng = rng
         self.z, self.z_next, self.z_previous = (random_knot(problem, rng) for _ in range(3))
         # Near their defaults: masses stay positive.
@@ -27,7 +28,9 @@ class Code:
         )
 
     def __call__(self, name, *arguments):
-        results = ca.external(name, str(self.path)).call([ca.DM(a) for a in arguments])
+        if name not in self.functions:
+            self.functions[name] = ca.external(name, str(self.path))
+        results = self.functions[name].call([ca.DM(a) for a in arguments])
         return [np.array(ca.densify(r)) for r in results]
 
     def running(self, dz=None, dz_next=None, name="running"):
@@ -63,7 +66,7 @@ def test_linear_functions_repeat_the_values(code):
     for name in ("running", "terminal", "link"):
         call = getattr(code, name)
         for value, repeated in zip(call(), call(name=f"{name}_linear"), strict=False):
-            np.testing.assert_array_equal(value, repeated)
+            np.testing.assert_allclose(value, repeated, rtol=1e-13, atol=1e-15)
 
 
 def test_dynamics_jacobians(code):
@@ -97,7 +100,7 @@ def test_link_jacobians(code):
 
 
 @pytest.mark.parametrize("at", ["running", "terminal"])
-def test_gauss_newton_hessian_is_2_JWJ(code, at):
+def test_gauss_newton_hessian(code, at):
     symbols = [
         ca.vertcat(*(b.symbol for b in code.problem.blocks)),
         ca.vertcat(*(q.symbol for q in code.problem.parameters)),
@@ -238,7 +241,7 @@ def second_differences(function, size, step=1e-3):
     return hessian
 
 
-# ---- the functions that Ipopt calls, in ambient coordinates -------------------------------------
+# ---- the functions that Ipopt calls, in ambient coordinates --------------------------------------
 
 
 @pytest.mark.parametrize(("name", "values"), [("nlp_running", "dlgh"), ("nlp_terminal", "lgh")])

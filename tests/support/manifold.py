@@ -62,7 +62,5 @@ def state_difference(problem: pq.Problem, a, b) -> np.ndarray:
 
 def jacobian(function, size: int, step: float = 1e-6) -> np.ndarray:
     """Central differences of function(d) at d = 0 in R^size, one column a direction."""
-    columns = [
-        (function(step * e) - function(-step * e)) / (2 * step) for e in np.eye(size)
-    ]
+    columns = [(function(step * e) - function(-step * e)) / (2 * step) for e in np.eye(size)]
     return np.array(columns).T

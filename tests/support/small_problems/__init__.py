@@ -9,8 +9,8 @@ from .linear import (
     MoveBlocking,
     TerminalEquality,
 )
-from .nonlinear import ConvexCost, Pendulum, Unicycle
-from .rigid_body import RigidBody
+from .nonlinear import ConvexCost, LargeResidual, Pendulum, Unicycle
+from .rigid_body import RigidBody, Spinner
 
 LIBRARY: dict[str, SmallProblem] = {
     type(p).__name__: p
@@ -22,7 +22,9 @@ LIBRARY: dict[str, SmallProblem] = {
         MoveBlocking(),
         Unicycle(),
         Pendulum(),
+        LargeResidual(),
         ConvexCost(),
+        Spinner(),
         RigidBody(),
         Hopper(),
     )

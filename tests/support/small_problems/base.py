@@ -45,7 +45,7 @@ class SmallProblem(ABC):
         self.fill(parameters, measured, guess)
         return Inputs(parameters, measured, guess)
 
-    def fill(
+    def fill(  # noqa: B027
         self, parameters: pq.NamedArray, measured: pq.NamedArray, guess: pq.NamedArray
     ) -> None:
         """Changes the neutral inputs to those of the problem."""

@@ -23,8 +23,8 @@ class Hopper(SmallProblem):
 
     The foot stands on the curved ground, r_z = z_g(r_x, r_y), and does not move while it stands
     (`stood` is 1 where it did at the knot before). Roles: the foot is carried while it stands, an
-    input on the ground's chart at touchdown, local in swing; the force is an input in stance, absent
-    in swing. The paper's form states all that as rows.
+    input on the ground's chart at touchdown, local in swing; the force is an input in stance,
+    absent in swing. The paper's form states all that as rows.
     """
 
     N = 12
@@ -42,9 +42,7 @@ class Hopper(SmallProblem):
             active=stance,
         )
         foot = problem.variable("foot", 3, role=foot_role, chart=ground)
-        force = problem.variable(
-            "force", 3, role=ca.if_else(stance, Role.INPUT, Role.ABSENT)
-        )
+        force = problem.variable("force", 3, role=ca.if_else(stance, Role.INPUT, Role.ABSENT))
         dt = problem.dt
         problem.dynamics(v, increment=dt * (force / mass + ca.DM(GRAVITY)))
         problem.dynamics(p, increment=dt * problem.next(v))
@@ -64,7 +62,9 @@ class Hopper(SmallProblem):
         sides = ca.vertcat(force[0], -force[0], force[1], -force[1])
         friction = (sides - 0.1 * force[2]) / 10
         policy = pq.Penalty(stiffness=50.0, smoothing=0.05)
-        problem.inequality("friction", friction, active=stance, limb="foot", scale=10.0, policy=policy)
+        problem.inequality(
+            "friction", friction, active=stance, limb="foot", scale=10.0, policy=policy
+        )
         problem.inequality("push", -force[2] / 10, active=stance, limb="foot", scale=10.0)
         reach = ca.sumsqr(foot - p) - 0.8**2
         problem.inequality("reach", reach, policy=pq.Penalty(stiffness=200.0, smoothing=0.01))

@@ -11,8 +11,10 @@ DT = 0.1
 
 
 class Unicycle(SmallProblem):
-    """Pose (x, y, yaw) with inputs (v, w): x+ = x + dt v cos(yaw), y+ = y + dt v sin(yaw),
-    yaw+ = yaw + dt w; least squares to a goal, with the lane y <= 0.2 as C2 penalty."""  # fmt: skip
+    """Least squares to a goal, with the lane y <= 0.2 as C2 penalty:
+
+    x+ = x + dt v cos(yaw),   y+ = y + dt v sin(yaw),   yaw+ = yaw + dt w.
+    """
 
     N = 15
 
@@ -47,8 +49,10 @@ class Unicycle(SmallProblem):
 
 
 class Pendulum(SmallProblem):
-    """Swing towards the top: w+ = w + dt (u - 9.81 sin(a)), a+ = a + dt w+ (semi-implicit), with
-    |u| <= 6 by relaxed barriers and |w| <= 3.5 by squared hinges."""  # fmt: skip
+    """Swing towards the top, with |u| <= 6 by relaxed barriers and |w| <= 3.5 by squared hinges:
+
+    w+ = w + dt (u - 9.81 sin(a)),   a+ = a + dt w+.
+    """
 
     N = 15
 
@@ -69,8 +73,8 @@ class Pendulum(SmallProblem):
         return problem
 
     def fill(self, parameters, measured, guess):
-        measured["angle"], measured["rate"] = 1.2, 4.2
-        guess["angle"], guess["rate"] = np.linspace(1.2, 3.1, self.N + 1)[:, None], 1.0
+        measured["angle"], measured["rate"] = 1.8, 4.2
+        guess["angle"], guess["rate"] = np.linspace(1.8, 3.1, self.N + 1)[:, None], 1.0
 
     def check(self, plan, inputs):
         angle, rate = plan.trajectory["angle"][:, 0], plan.trajectory["rate"][:, 0]
@@ -82,6 +86,36 @@ class Pendulum(SmallProblem):
         assert np.abs(torque).max() < 6
         assert 1 + np.cos(angle[-1]) < 0.3
         assert np.abs(rate[4:]).max() < 3.51
+
+
+class LargeResidual(SmallProblem):
+    """Residuals that are large at the optimum, where Gauss-Newton drops most of the curvature:
+
+        min sum_k 0.3 (x^2 + 1)^2 + (x - 2)^2 + 0.5 u^2,   x+ = x + 0.3 (u + sin(x)).
+
+    Every stage's Lagrangian is convex around the optimum.
+    """
+
+    N = 8
+
+    def build(self):
+        problem = pq.Problem(horizon=self.N, dt=0.3, name=self.name)
+        x, u = problem.state("x", 1), problem.input("u", 1)
+        problem.dynamics(x, increment=problem.dt * (u + ca.sin(x)))
+        problem.residual("bowl", x**2 + 1, weight=0.3, at="all")
+        problem.residual("goal", x - 2, at="all")
+        problem.residual("effort", u, weight=0.5)
+        return problem
+
+    def fill(self, parameters, measured, guess):
+        measured["x"] = 0.2
+        guess["x"] = 0.2
+
+    def check(self, plan, inputs):
+        x, u = plan.trajectory["x"][:, 0], plan.trajectory["u"][: self.N, 0]
+        np.testing.assert_allclose(np.diff(x), 0.3 * (u + np.sin(x[:-1])), atol=1e-6)
+        # Each state is drawn between the bowl's bottom at 0 and the goal at 2.
+        assert np.all((x > 0) & (x < 2))
 
 
 class ConvexCost(SmallProblem):

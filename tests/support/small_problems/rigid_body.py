@@ -12,14 +12,44 @@ INERTIA = np.array([0.4, 1.0, 0.7])
 DT = 0.05
 
 
+class Spinner(SmallProblem):
+    """Turn from rest by rates w in world axes, q+ = exp(dt w) * q: the next value as such.
+
+    min sum_k 0.1 |w|^2 + 10 |2 vec(q_ref^-1 q_N)|^2. About one axis and with q_0 = 1 all rates are
+    equal, and the angle a reached solves 0.2 a / (N dt^2) = 20 sin(ref - a).
+    """
+
+    N = 6
+    AXIS = np.array([0.6, 0.0, 0.8])
+    ANGLE = 1.2
+
+    def build(self):
+        problem = pq.Problem(horizon=self.N, dt=0.2, name=self.name)
+        q, w = problem.quaternion_state("orientation"), problem.input("rate", 3)
+        problem.dynamics(q, quaternion.multiply(quaternion.exp(problem.dt * w), q))
+        problem.residual("effort", w, weight=0.1)
+        target = ca.DM(np.array(quaternion.exp(ca.DM(self.ANGLE * self.AXIS))))
+        error = 2 * quaternion.multiply(quaternion.conjugate(target), q)[1:4]
+        problem.residual("end", error, weight=10.0, at="terminal")
+        return problem
+
+    def check(self, plan, inputs):
+        rate = plan.trajectory["rate"][: self.N]
+        np.testing.assert_allclose(rate, np.tile(rate[0], (self.N, 1)), atol=1e-4)
+        reached = 0.2 * self.N * rate[0] @ self.AXIS
+        np.testing.assert_allclose(rate[0], reached / (0.2 * self.N) * self.AXIS, atol=1e-4)
+        pull = 20 * np.sin(self.ANGLE - reached)
+        np.testing.assert_allclose(0.2 * reached / (self.N * 0.2**2), pull, atol=1e-3)
+
+
 class RigidBody(SmallProblem):
     """Newton and Euler with semi-implicit Euler steps:
 
         v+ = v + dt f / m,   p+ = p + dt v+,
         w+ = w + dt J^-1 (tau - w x J w),   q+ = q * exp(dt w+),
 
-    v, p, f in world axes, w, tau in body axes, q from body to world. Least squares to a pose that is
-    far from the initial one, cost 0.5 |2 vec(q_ref^-1 q)|^2 for the orientation.
+    v, p, f in world axes, w, tau in body axes, q from body to world. Least squares to a pose that
+    is far from the initial one, cost 0.5 |2 vec(q_ref^-1 q)|^2 for the orientation.
     """
 
     N = 15
