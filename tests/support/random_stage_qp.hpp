@@ -164,6 +164,7 @@ class RandomStageQp {
         if (options_.implicit && flip(1.5 / next_nx)) n(order[i], order[j]) = 0.5 * value();
     stage.implicit = SparseBlock::from_dense(n);
 
+    if (next_nx == 0) return Eigen::VectorXd(0);  // Eigen's LU asserts on an empty matrix
     const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(next_nx, next_nx) - n;
     return left.fullPivLu().solve(f * w + stage.offset);
   }
