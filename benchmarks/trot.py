@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ def build_problem(task: Task) -> Problem:
     return build_clm(build_team(task.robots), task.horizon, PERIOD, ditches=task.ditches)
 
 
-def make_planner(task: Task, **options: object) -> Planner:
+def make_planner(task: Task, **options: Any) -> Planner:
     """A planner for the task; options are fields of `SqpSettings`."""
     planner = Planner(build_problem(task), **options)
     if task.ditches:
