@@ -42,7 +42,11 @@ class AcadosPeer:
     def __init__(
         self, package: Path, task: Task, count: int, seed: int, judge: Judge, folder: Path
     ) -> None:
-        self.columns = {"solver": "acados-sqp", "qp": "acados-hpipm", "form": "reduced"}
+        self.columns: dict[str, Any] = {
+            "solver": "acados-sqp",
+            "qp": "acados-hpipm",
+            "form": "reduced",
+        }
         self._judge = judge
         start = time.perf_counter()
         arguments = [package, folder, task.robots, task.horizon, count, seed]

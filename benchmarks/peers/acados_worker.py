@@ -76,7 +76,9 @@ def _columns(problem: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     from palanquin import lowering
 
     link = lowering.stacked_rows(problem, "link", "running")
-    states, inputs, kept = [], [], []
+    states: list[int] = []
+    inputs: list[int] = []
+    kept: list[int] = []
     offset = 0
     for b in problem.blocks:
         own = range(offset, offset + b.size)

@@ -62,7 +62,7 @@ def run_peers(
         "robots": task.robots, "horizon": task.horizon, "ditches": 0, "start": "cold", "threads": 1,
     }  # fmt: skip
 
-    peers: list[Peer] = [OwnPeer(lowered, instances, judge, by) for by in (*OWN_SOLVERS, None)]
+    peers: list[Peer] = [OwnPeer(lowered, instances, judge, by) for by in OWN_SOLVERS]
     for plugin in ("ipopt", "fatrop"):
         if ca.has_nlpsol(plugin):
             announce(f"setting up CasADi with {plugin}")

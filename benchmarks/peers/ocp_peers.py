@@ -50,7 +50,11 @@ class OwnPeer:
     def __init__(
         self, lowered: Lowered, instances: list[Instance], judge: Judge, by: Solver | None
     ) -> None:
-        self.columns = {"solver": "sqp" if by else "ipopt", "qp": None, "form": "paper"}
+        self.columns: dict[str, Any] = {
+            "solver": "sqp" if by else "ipopt",
+            "qp": None,
+            "form": "paper",
+        }
         start = time.perf_counter()
         if by is None:
             self.label = "palanquin: Ipopt"
@@ -87,7 +91,7 @@ class CasadiPeer:
         self, plugin: str, problem: Problem, instances: list[Instance], judge: Judge
     ) -> None:
         self.label = f"CasADi: {plugin}"
-        self.columns = {"solver": f"casadi-{plugin}", "qp": None, "form": "paper"}
+        self.columns: dict[str, Any] = {"solver": f"casadi-{plugin}", "qp": None, "form": "paper"}
         start = time.perf_counter()
         self._nlp = build_stage_nlp(problem, instances[0], carry=plugin == "fatrop")
         self._solver = ca.nlpsol("peer", plugin, self._nlp.nlp, self._options(plugin))
@@ -96,7 +100,7 @@ class CasadiPeer:
         self._judge = judge
 
     def _options(self, plugin: str) -> dict[str, Any]:
-        own = {"tol": TOLERANCE, "print_level": 0}
+        own: dict[str, Any] = {"tol": TOLERANCE, "print_level": 0}
         common = {"print_time": False, "error_on_fail": False, plugin: own}
         if plugin == "ipopt":
             own["sb"] = "yes"  # no banner
@@ -123,9 +127,11 @@ class CasadiPeer:
         return self._judge.outcome(index, trajectory, elapsed, stats["iter_count"], failure)
 
 
+# None stands for our Ipopt.
 OWN_SOLVERS = (
     Solver("structured", "reduced"),
     Solver("ldl", "reduced"),
     Solver("osqp", "paper"),
     Solver("osqp", "paper", max_qps=1),
+    None,
 )

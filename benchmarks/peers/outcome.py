@@ -41,7 +41,7 @@ class Peer(Protocol):
     """
 
     label: str
-    columns: Mapping[str, Any]
+    columns: dict[str, Any]
     setup_ms: float
 
     def solve(self, index: int) -> Outcome:

@@ -50,7 +50,7 @@ class OwnQpPeer:
 
     def __init__(self, name: str, qps: StepQps) -> None:
         self.label = f"palanquin: {name} {qps.form}"
-        self.columns = {"solver": "qp", "qp": name, "form": qps.form}
+        self.columns: dict[str, Any] = {"solver": "qp", "qp": name, "form": qps.form}
         start = time.perf_counter()
         self._solver = _core.make_qp_solver(name)
         self.setup_ms = 1e3 * (time.perf_counter() - start)
@@ -72,7 +72,7 @@ class CasadiQpPeer:
 
     def __init__(self, plugin: str, qps: StepQps) -> None:
         self.label = f"CasADi: {plugin} {qps.form}"
-        self.columns = {"solver": "qp", "qp": f"casadi-{plugin}", "form": qps.form}
+        self.columns: dict[str, Any] = {"solver": "qp", "qp": f"casadi-{plugin}", "form": qps.form}
         first = qps.matrices[0]
         sparsity = {"h": first.H.sparsity(), "a": first.A.sparsity()}
         start = time.perf_counter()

@@ -198,8 +198,7 @@ class _Builder:
             previous = ca.SX(previous)
             previous[self.carried.tolist()] = s[k][len(self.states) :]
         for kind in ("equality", "link"):
-            values = self.functions[kind](previous, z[k], self.p[:, k])
-            values = values if isinstance(values, (tuple, list)) else [values]
+            values = self.functions[kind].call([previous, z[k], self.p[:, k]])
             flags = self.active[kind, "running"][k]
             rows += [value for value, flag in zip(values, flags, strict=True) if flag]
         return ca.vertcat(*rows, ca.SX(0, 1))
