@@ -71,8 +71,8 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
   transcription_.project(start);
 
   IpoptResult result;
-  const NonFinite bad = transcription_.linearize(start);
-  if (bad.found) {
+  transcription_.linearize(start);
+  if (const NonFinite bad = transcription_.find_non_finite(); bad.found) {
     result.status = Status::NonFinite;
     result.message = bad.message;
     result.trajectory = start;

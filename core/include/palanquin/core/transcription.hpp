@@ -79,7 +79,8 @@ class Transcription {
   void place_initial_state(RowMatrix& trajectory) const;
 
   /// Linearises all knots into qp(). Reports a value that is not finite; derivatives are left to
-  /// find_non_finite(), for when a QP back end could not work with them. The initial state of the QP is measured (-) x_0.
+  /// find_non_finite(), for when a QP back end could not work with them. The initial state of the
+  /// QP is measured (-) x_0.
   NonFinite linearize(const RowMatrix& trajectory);
   /// Where the last linearisation is not finite, derivatives included.
   NonFinite find_non_finite() const;
