@@ -111,9 +111,11 @@ int keep_model(const PenaltyModel& model, std::vector<double>& kept) {
 /// Steps (1) to (5) from knot `last` down to the first.
 QpStatus factorize_knots(Workspace& work, const StageQp& qp, const PenaltyModel& model, int last) {
   work.factorized = nullptr;
-  work.clear_locals();
-  for (int k = last; k >= 0; --k)
-    if (!structured::factorize_knot(work, qp, model, k)) return explain_bad_pivot(qp, model);
+  for (int k = last; k >= 0; --k) {
+    if (structured::factorize_knot(work, qp, model, k)) continue;
+    work.clear();
+    return explain_bad_pivot(qp, model);
+  }
   work.factorized = &qp;
   return QpStatus::Solved;
 }
@@ -160,10 +162,11 @@ QpStatus StructuredQpSolver::feedback(const Eigen::VectorXd& initial_state,
   check_size("initial_state", initial_state.size(), factorized_knot(work, 0).plan.nx);
   const StageQp& qp = *work.factorized;
   check_solution(qp, solution);
-  if (!structured::roll_out(work, qp, initial_state)) return QpStatus::NonFinite;
-  const QpStatus status =
-      work.has_equality_rows ? structured::refine_equality_rows(work, qp) : QpStatus::Solved;
+  QpStatus status = QpStatus::NonFinite;
+  if (structured::roll_out(work, qp, initial_state))
+    status = work.has_equality_rows ? structured::refine_equality_rows(work, qp) : QpStatus::Solved;
   if (is_usable(status)) structured::unpack(work, solution);
+  if (status == QpStatus::NonFinite) work.clear();
   solve_ms_ = stopwatch.lap_ms();
   return status;
 }

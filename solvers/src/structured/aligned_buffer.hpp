@@ -17,6 +17,8 @@ class AlignedBuffer {
     capacity_ = size;
     std::fill_n(data_.get(), size, 0.0);
   }
+  /// Sets all of it to zero.
+  void clear() { std::fill_n(data_.get(), capacity_, 0.0); }
   double* data() { return data_.get(); }
   const double* data() const { return data_.get(); }
 

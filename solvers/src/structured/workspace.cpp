@@ -76,8 +76,15 @@ void Workspace::hand_out_matrices(const MemorySizes& sizes) {
   product.reserve(sizes.panel_ld * sizes.value_ld);
   slope.reserve(sizes.value_ld);
   gradient.reserve(sizes.slots + kOverhang);
-  locals_size_ = sizes.locals * (sizes.slots + kOverhang);
-  locals.reserve(locals_size_);
+  locals.reserve(sizes.locals * (sizes.slots + kOverhang));
+}
+
+void Workspace::clear() {
+  factorized = nullptr;
+  knots.clear();  // what an analysis has written into the matrices goes with them
+  for (AlignedBuffer* buffer :
+       {&matrices_, &vectors_, &value, &product, &slope, &gradient, &locals, &scratch})
+    buffer->clear();
 }
 
 void Workspace::hand_out_vectors(const MemorySizes& sizes, int local_factor) {

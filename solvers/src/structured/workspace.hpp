@@ -67,8 +67,9 @@ struct Workspace {
   void analyze(const StageQp& qp);
   /// Whether the last analysis holds for `qp`.
   bool is_analyzed(const StageQp& qp) const;
-  /// A factorisation that met a NaN may have left it in the locals' columns.
-  void clear_locals() { std::fill_n(locals.data(), locals_size_, 0.0); }
+  /// Drops analysis and factors and zeros all memory, what kernels read beyond a matrix's edge
+  /// included: a NaN that was met may stand anywhere in it.
+  void clear();
 
  private:
   void hand_out_matrices(const MemorySizes& sizes);
@@ -76,7 +77,6 @@ struct Workspace {
 
   KnotPlanner planner_;
   std::uint64_t revision_ = 0;
-  std::size_t locals_size_ = 0;
   AlignedBuffer matrices_, vectors_;
 };
 
