@@ -24,7 +24,7 @@ def plot_rate_over_horizon(rows: list[Row], title: str, path: Path) -> None:
     figure, axes = _axes(title)
     _plot_rates(axes, rows, "horizon_s")
     axes.axhline(30, color="black", linewidth=0.8, linestyle=":")
-    axes.annotate("30 Hz", (axes.get_xlim()[0], 30), textcoords="offset points", xytext=(4, 3))
+    axes.text(0.99, 31, "30 Hz", ha="right", va="bottom", transform=axes.get_yaxis_transform())
     if any(row["robots"] == 2 for row in rows):
         axes.plot(*zip(*PAPER_RATES, strict=True), "k*", markersize=9,
                   label="De Vincenti and Coros, their machine")  # fmt: skip

@@ -86,8 +86,11 @@ def _structured(rows: list[Row], **where: Any) -> list[Row]:
 def _ratio_table(rows: list[Row]) -> Table:
     """How many times faster the structured solver is than each other, medians of the same run."""
     others = [solver for solver in SOLVERS if solver.qp != "structured"]
-    table = Table(title="Times faster than, and time with ditches : flat", box=None)
-    for name in ("R x N", "solver", *(other.label for other in others), ": flat"):
+    title = "Times faster than, and time with ditches : flat"
+    table = Table(title=title, box=None, padding=(0, 1, 0, 0))
+    for name in ("R x N", "solver"):
+        table.add_column(name, no_wrap=True)
+    for name in (*(other.label for other in others), ": flat"):
         table.add_column(name, justify="right")
     for row in _structured(rows):
         ratios = [speedup(row, rows, other) for other in others]

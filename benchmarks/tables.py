@@ -20,6 +20,7 @@ LIMITATIONS = (
     "OSQP stops at its tolerance (1e-3, cold 1e-5), the others solve QPs exactly. Column cost + is "
     "the closed loop's relative excess of cost over solving every period to convergence.",
     "One QP a step is the paper's method; compare it with its own kind, or see what it costs.",
+    "Over ditches a foot's choice of side decides the cost, and may differ between two loops.",
     "Other load on the machine raises p95 and more: see the load average.",
 )
 

@@ -23,7 +23,7 @@ DISTURBANCE = 0.005  # standard deviation of what is added to measured velocitie
 
 # Where the payload is held, m; a team takes the first of them, a single robot stands below it.
 _ATTACH = ((0.0, 0.6, 0.0), (0.0, -0.6, 0.0), (1.4, 0.0, 0.0), (-1.4, 0.0, 0.0))
-_DITCH_WIDTH, _DITCH_SPACING, _FIRST_DITCH = 0.1, 0.6, 0.5  # m
+_DITCH_WIDTH, _DITCH_SPACING, _FIRST_DITCH = 0.05, 0.6, 0.5  # m
 
 
 def build_team(robots: int) -> Team:
@@ -41,10 +41,7 @@ def build_problem(task: Task) -> Problem:
 
 def make_planner(task: Task, **options: Any) -> Planner:
     """A planner for the task; options are fields of `SqpSettings`."""
-    planner = Planner(build_problem(task), **options)
-    if task.ditches:
-        planner.params["ditches"] = ditch_lines(task.ditches)
-    return planner
+    return Planner(build_problem(task), ditches=ditch_lines(task.ditches), **options)
 
 
 def ditch_lines(count: int) -> np.ndarray:
