@@ -220,7 +220,10 @@ Eigen::VectorXd StructuredQpSolver::value_gradient(int k) const {
   return gradient;
 }
 
-double StructuredQpSolver::flops() const { return workspace_->flops; }
+double StructuredQpSolver::flops() const {
+  const Workspace& work = *workspace_;
+  return work.factorized == nullptr ? 0.0 : structured::count_flops(*work.factorized, work.knots);
+}
 
 KernelLevel StructuredQpSolver::kernel_level() const { return workspace_->level; }
 

@@ -30,29 +30,69 @@ bool Workspace::is_analyzed(const StageQp& qp) const {
 void Workspace::analyze(const StageQp& qp) {
   factorized = nullptr;
   check_dimensions(qp);
-  knots.resize(qp.stages.size());
   MemorySizes sizes;
   PlanCapacity capacity;
   for (const QpStage& stage : qp.stages) {
     sizes.include(lay_out(stage), stage.equality_jacobian.rows);
     capacity.include(stage);
   }
+  scratch.reserve(kernels::kPad * std::max(capacity.penalty.entries, capacity.equality.entries));
+  revision_ = qp.structure_revision;
+  if (move_plans(qp, sizes)) return;
+
+  knots.resize(qp.stages.size());
+  sizes_ = sizes;
   has_equality_rows = sizes.equality_rows > 0;
   hand_out_matrices(sizes);
-  int local_factor = 0;
+  local_factor_ = 0;
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    KnotPlan& plan = knots[k].plan;
-    capacity.apply(plan);
+    capacity.apply(knots[k].plan);
     double* matrices = matrices_.data() + k * (sizes.panel + sizes.value);
-    planner_.plan(qp.stages[k], {locals.data(), matrices, matrices + sizes.panel}, plan);
-    // Unit pivots behind the last input, see kernels::Table::partial_cholesky.
-    for (int j = plan.nu; j < padded(plan.nu); ++j) matrices[j * (plan.panel_ld + 1)] = 1.0;
-    local_factor = std::max(local_factor, plan.local_factor_size);
+    plan(qp.stages[k], {locals.data(), matrices, matrices + sizes.panel}, knots[k]);
+    local_factor_ = std::max(local_factor_, knots[k].plan.local_factor_size);
   }
-  scratch.reserve(kernels::kPad * std::max(capacity.penalty.entries, capacity.equality.entries));
-  hand_out_vectors(sizes, local_factor);
-  flops = count_flops(qp, knots);
-  revision_ = qp.structure_revision;
+  hand_out_vectors(sizes, local_factor_);
+}
+
+void Workspace::plan(const QpStage& stage, const KnotColumns& columns, Knot& knot) {
+  planner_.plan(stage, columns, knot.plan);
+  knot.pattern = stage.pattern;
+  // Unit pivots behind the last input, see kernels::Table::partial_cholesky.
+  for (int j = knot.plan.nu; j < padded(knot.plan.nu); ++j)
+    columns.panel[j * (knot.plan.panel_ld + 1)] = 1.0;
+}
+
+/// What a gait that moves along the horizon needs: a pattern that stood at another knot keeps its
+/// plan and memory and moves with them, and only patterns that are new are planned. False when the
+/// memory does not suffice or knots do not say what pattern they have.
+bool Workspace::move_plans(const StageQp& qp, const MemorySizes& sizes) {
+  const auto pattern = [&](std::size_t k) { return qp.stages[k].pattern; };
+  if (knots.size() != qp.stages.size() || !sizes.fit_into(sizes_)) return false;
+  if (has_equality_rows || sizes.equality_rows > 0) return false;
+  for (std::size_t k = 0; k < knots.size(); ++k)
+    if (pattern(k) < 0 || knots[k].pattern < 0) return false;
+
+  for (std::size_t k = 0; k < knots.size(); ++k)
+    for (std::size_t j = 0; j < knots.size() && knots[k].pattern != pattern(k); ++j)
+      if (knots[j].pattern == pattern(k) && pattern(j) != pattern(k)) std::swap(knots[k], knots[j]);
+
+  for (std::size_t k = 0; k < knots.size(); ++k) {
+    Knot& knot = knots[k];
+    if (knot.pattern == pattern(k)) continue;
+    const KnotColumns columns = knot.plan.columns;
+    std::fill_n(columns.panel, sizes_.panel + sizes_.value, 0.0);
+    std::fill_n(knot.z, sizes_.slots, 0.0);
+    std::fill_n(knot.multiplier, sizes_.value_ld, 0.0);
+    plan(qp.stages[k], columns, knot);
+    if (knot.plan.local_factor_size > local_factor_) return false;
+  }
+  return true;
+}
+
+bool MemorySizes::fit_into(const MemorySizes& other) const {
+  return panel <= other.panel && value <= other.value && panel_ld <= other.panel_ld &&
+         value_ld <= other.value_ld && slots <= other.slots && locals <= other.locals &&
+         equality_rows <= other.equality_rows;
 }
 
 void MemorySizes::include(const KnotLayout& layout, int equalities) {

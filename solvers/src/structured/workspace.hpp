@@ -17,6 +17,7 @@ namespace palanquin::structured {
 /// plan.slots() entries, zeros where no variable stands.
 struct Knot {
   KnotPlan plan;
+  int pattern = -1;                ///< QpStage::pattern that was planned
   double* local_factor = nullptr;  ///< [plan.local_factor_size]
   double* z = nullptr;             ///< over slots: locals, inputs, states and a constant 1
   double* multiplier = nullptr;    ///< [padded], of x_k
@@ -39,6 +40,7 @@ struct MemorySizes {
               equality_rows = 0;
 
   void include(const KnotLayout& layout, int equalities);
+  bool fit_into(const MemorySizes& other) const;
 };
 
 /// All that a StructuredQpSolver keeps between two solves.
@@ -49,7 +51,6 @@ struct Workspace {
 
   std::vector<Knot> knots;  ///< [N + 1]
   bool has_equality_rows = false;
-  double flops = 0.0;
 
   // Intermediates of the knot in work.
   AlignedBuffer value;     ///< P L
@@ -75,7 +76,12 @@ struct Workspace {
   void hand_out_matrices(const MemorySizes& sizes);
   void hand_out_vectors(const MemorySizes& sizes, int local_factor);
 
+  bool move_plans(const StageQp& qp, const MemorySizes& sizes);
+  void plan(const QpStage& stage, const KnotColumns& columns, Knot& knot);
+
   KnotPlanner planner_;
+  MemorySizes sizes_;
+  int local_factor_ = 0;
   std::uint64_t revision_ = 0;
   AlignedBuffer matrices_, vectors_;
 };
