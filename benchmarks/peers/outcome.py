@@ -56,8 +56,14 @@ class Answers:
     error: str = ""
 
 
-def ask(peers: Sequence[Peer], problems: int, warm_up: int = 1) -> dict[str, Answers]:
-    """Every peer solves every problem, in turns; the first `warm_up` ones once more beforehand."""
+def ask(
+    peers: Sequence[Peer], problems: int, warm_up: int = 1, repeat: int = 1
+) -> dict[str, Answers]:
+    """Every peer solves every problem, in turns; the first `warm_up` ones once more beforehand.
+
+    A problem is solved `repeat` times in a row, of which the last counts: what takes microseconds
+    would otherwise be measured with everything gone from the processor's caches.
+    """
     answers = {peer.label: Answers() for peer in peers}
     for index in [*range(warm_up), *range(problems)]:
         for peer in peers:
@@ -65,6 +71,8 @@ def ask(peers: Sequence[Peer], problems: int, warm_up: int = 1) -> dict[str, Ans
             if mine.error:
                 continue
             try:
+                for _ in range(repeat - 1):
+                    peer.solve(index)
                 mine.outcomes.append(peer.solve(index))
             except (ArithmeticError, OSError, RuntimeError, ValueError) as error:
                 mine.error = f"{type(error).__name__}: {error}"

@@ -256,9 +256,9 @@ class Planner:
         at_most = len(self.candidates.solvers) - 1 if self.candidates else 0
         wanted = references.feet()
         guesses = [guess]
-        for start in foothold_starts(
-            wanted, contacts, before, self.ditches, self.terrain, at_most
-        )[:at_most]:
+        for start in foothold_starts(wanted, contacts, before, self.ditches, self.terrain, at_most)[
+            :at_most
+        ]:
             other = guess.copy()
             other.values[:, self.columns.feet] = footholds(start, contacts, before, feet)
             guesses.append(other)

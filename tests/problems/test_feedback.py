@@ -21,7 +21,7 @@ def planner() -> clm.Planner:
     return planner
 
 
-def start(planner: clm.Planner):  # noqa: ANN201
+def start(planner: clm.Planner):
     """Parameters, measured knot and a settled trajectory."""
     plan = planner.solve(0.0, planner.nominal_state(), clm.Velocity(0.4)).plan
     measured = planner.lowered.knot()
@@ -29,7 +29,7 @@ def start(planner: clm.Planner):  # noqa: ANN201
     return planner.params, measured, plan.trajectory
 
 
-def disturbed(planner: clm.Planner, measured, scale: float):  # noqa: ANN001, ANN201
+def disturbed(planner: clm.Planner, measured, scale: float):
     """The measured knot with another payload velocity."""
     other = measured.copy()
     other["payload.velocity"] = other["payload.velocity"] + scale * np.array([0.01, -0.02, 0.005])
@@ -46,7 +46,9 @@ def test_two_phases_give_the_plan_of_one(planner: clm.Planner, qp: str) -> None:
     two = solver.feedback(other)
     assert two.is_usable
     assert two.timings_ms["feedback"] > 0
-    one = Sqp(planner.lowered, qp=qp, max_iterations=1, subproblem=inner).solve(params, other, guess)
+    one = Sqp(planner.lowered, qp=qp, max_iterations=1, subproblem=inner).solve(
+        params, other, guess
+    )
     # Linearised at the predicted state or at the measured one: they differ to second order.
     assert two.cost == pytest.approx(one.cost, rel=1e-3)
     assert two.trajectory["payload.velocity"][0] == pytest.approx(other["payload.velocity"])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import casadi as ca
-import numpy as np
 import pytest
 
 from palanquin import lowering
@@ -53,7 +52,9 @@ LOOPS = [
 
 def team_of(loop: Loop) -> Team:
     carriers = [
-        Carrier(f"robot{i}", (0.0, y, 0.0), LAIKAGO.single_rigid_body(), gait=gaits.by_name(loop.gait))
+        Carrier(
+            f"robot{i}", (0.0, y, 0.0), LAIKAGO.single_rigid_body(), gait=gaits.by_name(loop.gait)
+        )
         for i, y in enumerate(loop.attach, start=1)
     ]
     return Team(Payload(), tuple(carriers))
@@ -61,9 +62,7 @@ def team_of(loop: Loop) -> Team:
 
 def closed_loop_cost(loop: Loop, **options: object) -> float:
     """Sum of the stage cost (1a), without penalties, over what the plant went through."""
-    problem = clm.build_clm(
-        team_of(loop), terrain=loop.terrain, ditches=12 if loop.ditches else 0
-    )
+    problem = clm.build_clm(team_of(loop), terrain=loop.terrain, ditches=12 if loop.ditches else 0)
     symbols = lowering.knot_symbols(problem)
     stage_cost = ca.Function(
         "stage_cost", [symbols.z, symbols.p], [lowering.total_cost(problem, "running")]

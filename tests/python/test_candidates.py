@@ -60,4 +60,6 @@ def test_refuses_no_candidates(two_valleys: pq.Lowered, at_most: int, threads: i
 def test_refuses_more_guesses_than_solvers(two_valleys: pq.Lowered) -> None:
     guess = two_valleys.trajectory()
     with pytest.raises(pq.ProblemError, match="2 guesses; 1 to 1"):
-        pq.Candidates(two_valleys, 1).solve(two_valleys.parameters(), two_valleys.knot(), [guess] * 2)
+        pq.Candidates(two_valleys, 1).solve(
+            two_valleys.parameters(), two_valleys.knot(), [guess] * 2
+        )
