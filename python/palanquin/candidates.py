@@ -1,7 +1,7 @@
 """Several starting points solved side by side, of which the best plan is kept.
 
-Which side of a ditch a foot takes is a choice that no gradient makes: a solver stays where its start
-put it. At a fraction of a millisecond a solve, trying a few starts costs little.
+Which side of a ditch a foot takes is a choice that no gradient makes: a solver stays where its
+start put it. At a fraction of a millisecond a solve, trying a few starts costs little.
 """
 
 from __future__ import annotations
