@@ -79,11 +79,11 @@ NonFinite Transcription::find_non_finite() const {
                            NonFinite& found) {
       for (std::size_t n = 0; n < block.values.size() && !found.found; ++n)
         if (!std::isfinite(block.values[n]))
-          found = report("the derivative of " +
-                             problem_->row_name(
-                                 kind, row_kind,
-                                 rows[static_cast<std::size_t>(block.row_index[n])], k),
-                         function + "_linear");
+          found =
+              report("the derivative of " +
+                         problem_->row_name(kind, row_kind,
+                                            rows[static_cast<std::size_t>(block.row_index[n])], k),
+                     function + "_linear");
     };
     NonFinite found;
     name_column(stage.penalty_jacobian, shape.penalty_rows, RowKind::Inequality, found);
@@ -91,9 +91,10 @@ NonFinite Transcription::find_non_finite() const {
     name_column(stage.link_jacobian, shape.link_rows, RowKind::Link, found);
     if (found.found) return found;
     const bool in_cost = !all_finite(stage.gradient) || !all_finite(stage.hessian.values);
-    return report((in_cost ? "the derivative of the cost" : "the derivative of the dynamics or rows") +
-                      at_knot,
-                  function + "_linear");
+    return report(
+        (in_cost ? "the derivative of the cost" : "the derivative of the dynamics or rows") +
+            at_knot,
+        function + "_linear");
   }
   return {};
 }

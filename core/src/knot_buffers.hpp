@@ -41,7 +41,8 @@ struct Transcription::Flags {
   std::vector<double> role, charted;  // [blocks]
 
  private:
-  std::array<std::vector<double>, 5> active_;  // per stage and kind, the terminal stage has no links
+  std::array<std::vector<double>, 5>
+      active_;  // per stage and kind, the terminal stage has no links
 };
 
 }  // namespace palanquin

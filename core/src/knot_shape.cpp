@@ -53,8 +53,8 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
       if (t.row != last_row) block.push(t.row);
       last_row = t.row;
       if (t.source != kStructural)
-        gather.entries.push_back({static_cast<int>(block.values.size()) - 1, t.source, t.slope_a,
-                                  t.slope_b});
+        gather.entries.push_back(
+            {static_cast<int>(block.values.size()) - 1, t.source, t.slope_a, t.slope_b});
     }
     block.end_column();
   }
@@ -187,8 +187,8 @@ void build_gradient(int ndz, const ColumnMap& columns, Gather& gather) {
 }
 
 /// Rows of the next state: the lowered dynamics, then a copy for every carried block.
-void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns,
-                    const ColumnMap& next, KnotShape& shape) {
+void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, const ColumnMap& next,
+                    KnotShape& shape) {
   std::vector<Term> terms;
   add_terms(problem.running_linear.result(4), columns, all_rows(problem.ndx()), 0, terms);
   // A local meets no dynamics at this knot (a swing foot's lever arm has no force), whatever the
@@ -311,8 +311,8 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
         return a;
       };
       const int total = own + static_cast<int>(rows.size());
-      assemble(joined(terms, structural(link_terms)), total, columns.nw(),
-               stage.equality_jacobian, shape->equality);
+      assemble(joined(terms, structural(link_terms)), total, columns.nw(), stage.equality_jacobian,
+               shape->equality);
       assemble(joined(structural(terms), link_terms), total, columns.nw(), unused,
                shape->initial_link);
     } else {
@@ -320,8 +320,7 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
       const ColumnMap before(*problem_, *previous);
       build_rows(problem_->link_linear.result(1), before, rows, stage.link_previous,
                  shape->link_previous);
-      build_rows(problem_->link_linear.result(2), columns, rows, stage.link_jacobian,
-                 shape->link);
+      build_rows(problem_->link_linear.result(2), columns, rows, stage.link_jacobian, shape->link);
     }
     if (next != nullptr) build_dynamics(*problem_, columns, ColumnMap(*problem_, *next), *shape);
   }

@@ -122,8 +122,8 @@ void Transcription::fill_stage(int knot, const RowMatrix& trajectory) {
     const int row = next.first_column(static_cast<int>(b));
     if (row < problem_->ndx() || row >= next.nx) continue;
     for (int i = 0; i < next.column_count(static_cast<int>(b)); ++i)
-      stage.offset[row + i] = trajectory(knot, blocks[b].offset + i) -
-                              trajectory(knot + 1, blocks[b].offset + i);
+      stage.offset[row + i] =
+          trajectory(knot, blocks[b].offset + i) - trajectory(knot + 1, blocks[b].offset + i);
   }
 }
 
@@ -150,9 +150,8 @@ const double* Transcription::slopes(int knot) const {
 
 Evaluation Transcription::evaluate(const RowMatrix& trajectory) {
   resolve_shapes();
-  pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
-    evaluate_knot(thread, knot, trajectory, false);
-  });
+  pool_.parallel_for(horizon_ + 1,
+                     [&](int thread, int knot) { evaluate_knot(thread, knot, trajectory, false); });
   return summarize(trajectory);
 }
 

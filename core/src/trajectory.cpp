@@ -50,8 +50,8 @@ void state_difference(const LoweredProblem& problem, const double* a, const doub
   }
 }
 
-void shift(const LoweredProblem& problem, MatrixView trajectory, VectorView spacing,
-           double elapsed, Eigen::Ref<RowMatrix> shifted) {
+void shift(const LoweredProblem& problem, MatrixView trajectory, VectorView spacing, double elapsed,
+           Eigen::Ref<RowMatrix> shifted) {
   if (!(std::isfinite(elapsed) && elapsed >= 0.0))
     throw std::invalid_argument("shift: elapsed is " + std::to_string(elapsed) +
                                 "; it must be a non-negative number of seconds");

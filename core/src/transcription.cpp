@@ -15,7 +15,9 @@ constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no dir
 }
 
 Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem) {
-  auto resize = [](std::vector<double>& v, int size) { v.assign(static_cast<std::size_t>(size), 0.0); };
+  auto resize = [](std::vector<double>& v, int size) {
+    v.assign(static_cast<std::size_t>(size), 0.0);
+  };
   auto widest = [&](int running, int terminal) {
     return std::max(problem.running_linear.result(running).nnz(),
                     problem.terminal_linear.result(terminal).nnz());
@@ -176,11 +178,11 @@ void Transcription::resolve_signatures() {
     for (std::size_t b = 0; b < blocks.size(); ++b) {
       s.role[b] = resolve_role(k, b);
       // A carried block moves in the coordinates of the knot where its chain begins.
-      const bool is_charted =
-          s.role[b] == Role::Carried ? signatures_[static_cast<std::size_t>(k - 1)].charted[b] != 0
-                                     : flags_->charted[b] != 0.0;
-      const bool has_columns = s.role[b] == Role::Input || s.role[b] == Role::Local ||
-                               s.role[b] == Role::Carried;
+      const bool is_charted = s.role[b] == Role::Carried
+                                  ? signatures_[static_cast<std::size_t>(k - 1)].charted[b] != 0
+                                  : flags_->charted[b] != 0.0;
+      const bool has_columns =
+          s.role[b] == Role::Input || s.role[b] == Role::Local || s.role[b] == Role::Carried;
       s.charted[b] = is_charted && has_columns && form_ == Form::Reduced;
     }
     for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link}) {

@@ -39,7 +39,8 @@ void bind_core(nb::module_& m) {
       },
       "policy"_a, "h"_a, "Value, slope and curvature of a penalty at h.");
 
-  nb::class_<LoweredProblem>(m, "LoweredProblem", "A problem as it was lowered: blocks, rows, code.")
+  nb::class_<LoweredProblem>(m, "LoweredProblem",
+                             "A problem as it was lowered: blocks, rows, code.")
       .def(
           "__init__",
           [](LoweredProblem* self, const std::string& path) { new (self) LoweredProblem(path); },

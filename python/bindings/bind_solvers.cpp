@@ -164,8 +164,9 @@ void bind_solvers(nb::module_& m) {
           "__init__",
           [](Sqp* self, std::shared_ptr<LoweredProblem> problem, int horizon,
              const SqpSettings& settings, const std::string& exact_library) {
-            auto exact = exact_library.empty() ? nullptr
-                                               : std::make_shared<const ExactHessian>(exact_library);
+            auto exact = exact_library.empty()
+                             ? nullptr
+                             : std::make_shared<const ExactHessian>(exact_library);
             new (self) Sqp(std::move(problem), horizon, settings, std::move(exact));
           },
           "problem"_a, "horizon"_a, "settings"_a, "exact_library"_a = "")

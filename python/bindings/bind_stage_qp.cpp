@@ -27,7 +27,7 @@ Eigen::MatrixXd symmetric(const SparseBlock& triangle) {
   return full;
 }
 
-template <SparseBlock QpStage::*block>
+template <SparseBlock QpStage::* block>
 Eigen::MatrixXd dense(const QpStage& stage) {
   return (stage.*block).dense();
 }
@@ -122,8 +122,8 @@ void bind_stage_qp(nb::module_& m) {
         return make_qp_solver(name, settings);
       },
       "name"_a, "settings"_a = QpSettings{});
-  m.def("linearize", &linearize, "transcription"_a, "trajectory"_a,
-        nb::rv_policy::reference, nb::keep_alive<0, 1>(),
+  m.def("linearize", &linearize, "transcription"_a, "trajectory"_a, nb::rv_policy::reference,
+        nb::keep_alive<0, 1>(),
         "The StageQp at a trajectory [N + 1, nz]; valid until the next linearisation.");
   m.def(
       "kernel_level",

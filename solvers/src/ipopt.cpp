@@ -1,10 +1,9 @@
 #include "palanquin/solvers/ipopt.hpp"
 
-#include <chrono>
-#include <stdexcept>
-
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
+#include <chrono>
+#include <stdexcept>
 
 #include "nlp.hpp"
 #include "setting_rules.hpp"
@@ -41,7 +40,8 @@ namespace {
 
 std::pair<Status, std::string> interpret(::Ipopt::ApplicationReturnStatus status) {
   switch (status) {
-    case ::Ipopt::Solve_Succeeded: return {Status::Converged, "optimal"};
+    case ::Ipopt::Solve_Succeeded:
+      return {Status::Converged, "optimal"};
     case ::Ipopt::Solved_To_Acceptable_Level:
       return {Status::Converged, "solved to Ipopt's acceptable level"};
     case ::Ipopt::Infeasible_Problem_Detected:

@@ -70,9 +70,8 @@ void Nlp::lay_out(Transcription& rows, bool penalize) {
     if (running) knot.link = active(RowKind::Link);
     for (int row : knot.inequality) {
       const auto& groups = problem_.rows(signature.stage, RowKind::Inequality);
-      const auto group = std::find_if(groups.begin(), groups.end(), [&](const RowGroup& g) {
-        return row < g.offset + g.size;
-      });
+      const auto group = std::find_if(groups.begin(), groups.end(),
+                                      [&](const RowGroup& g) { return row < g.offset + g.size; });
       const Policy policy = rows.policy(group->family);
       const bool soft = penalize && policy.kind != PolicyKind::Hard;
       knot.policy.push_back(policy);
@@ -208,7 +207,8 @@ template <typename Emit>
 void Nlp::visit_jacobian(Emit emit) const {
   // Entries of a lowered Jacobian whose row is active and whose column is a variable.
   auto visit = [&](const Sparsity& pattern, const std::vector<double>& values,
-                   const std::vector<Index>& variable, const std::vector<int>& active, Index first) {
+                   const std::vector<Index>& variable, const std::vector<int>& active,
+                   Index first) {
     std::vector<Index> place(static_cast<std::size_t>(pattern.rows), -1);
     for (std::size_t i = 0; i < active.size(); ++i)
       place[static_cast<std::size_t>(active[i])] = first + static_cast<Index>(i);
@@ -263,8 +263,7 @@ void Nlp::visit_hessian(Emit emit) const {
     for (std::size_t i = 0; i < knot.slack.size(); ++i)
       if (knot.slack[i] >= 0) {
         const double t = slack_values_[static_cast<std::size_t>(knot.slack[i] - first_slack_)];
-        emit(knot.slack[i], knot.slack[i],
-             sigma_ * evaluate_penalty(knot.policy[i], t).curvature);
+        emit(knot.slack[i], knot.slack[i], sigma_ * evaluate_penalty(knot.policy[i], t).curvature);
       }
     if (knot.link.empty()) continue;
     const Sparsity& link = functions_.link_hessian.result(0);

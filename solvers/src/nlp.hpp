@@ -1,8 +1,7 @@
 #pragma once
 
-#include <vector>
-
 #include <IpTNLP.hpp>
+#include <vector>
 
 #include "palanquin/core/transcription.hpp"
 #include "palanquin/solvers/ipopt.hpp"
@@ -35,11 +34,11 @@ class Nlp : public ::Ipopt::TNLP {
 
   /// One knot: where its variables and rows are, and what the functions last gave.
   struct Knot {
-    std::vector<Index> variable;      // [nz], -1 where a constant
-    Index dynamics_row = -1;          // first of nx rows, running knots only
-    std::vector<int> equality, inequality, link;        // active lowered rows
-    std::vector<Index> slack;                           // per active inequality, -1: hard
-    std::vector<Policy> policy;                         // per active inequality
+    std::vector<Index> variable;                  // [nz], -1 where a constant
+    Index dynamics_row = -1;                      // first of nx rows, running knots only
+    std::vector<int> equality, inequality, link;  // active lowered rows
+    std::vector<Index> slack;                     // per active inequality, -1: hard
+    std::vector<Policy> policy;                   // per active inequality
     Index equality_row = 0, inequality_row = 0, link_row = 0;
     // values
     std::vector<double> next_state, g, h, c;

@@ -94,8 +94,8 @@ double PenaltySegment::change(double alpha) const {
   for (const ActiveRow& active : active_) {
     const double start = row_[active.row];
     const double end = start + alpha * row_change_[active.row];
-    total += evaluate_penalty(*active.policy, end).value -
-             evaluate_penalty(*active.policy, start).value;
+    total +=
+        evaluate_penalty(*active.policy, end).value - evaluate_penalty(*active.policy, start).value;
   }
   return total;
 }

@@ -33,7 +33,8 @@ std::string QpSettings::explain_invalid() const {
   return SettingRules()
       .nested(structured.explain_invalid())
       .nested(ldl.explain_invalid())
-      .nested(osqp.explain_invalid()).sentence();
+      .nested(osqp.explain_invalid())
+      .sentence();
 }
 
 }  // namespace palanquin

@@ -31,7 +31,7 @@ std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& traj
 /// Which row the back end does not take, and what does.
 std::string explain_unsupported(const Transcription& transcription, const QpSolver& solver) {
   const LoweredProblem& problem = transcription.problem();
-  const auto takers = [](bool QpCapabilities::*kind) {
+  const auto takers = [](bool QpCapabilities::* kind) {
     std::string names;
     for (std::string_view name : qp_solver_names())
       if (make_qp_solver(name)->capabilities().*kind)
@@ -63,7 +63,8 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
       subproblem_(settings.subproblem) {
   if (settings.hessian == HessianKind::Exact && exact == nullptr)
-    throw std::invalid_argument("sqp.hessian is exact, which needs the problem's \"exact\" library");
+    throw std::invalid_argument(
+        "sqp.hessian is exact, which needs the problem's \"exact\" library");
   trial_ = iterate_ = neutral_trajectory(transcription_.problem(), horizon);
   history_.reserve(static_cast<std::size_t>(std::min(settings.max_iterations, 1000)));
   message_.reserve(256);
@@ -167,8 +168,7 @@ bool Sqp::linearize(IterationRecord& record) {
 
 /// Steps 2 and 3, a second time with a proximal term when the plain step fails.
 void Sqp::take_step(IterationRecord& record, bool is_prepared) {
-  if (!try_step(record, 0.0, is_prepared) &&
-      !try_step(record, settings_.regularization, false)) {
+  if (!try_step(record, 0.0, is_prepared) && !try_step(record, settings_.regularization, false)) {
     record.step = StepKind::Rejected;
     if (status_ == Status::NonFinite) return;
     const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
@@ -193,9 +193,9 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
   const StageQp& qp = transcription_.qp();
   solution_.resize(qp);
   for (Eigen::VectorXd& w : solution_.w) w.setZero();
-  const PenaltySubproblemResult result =
-      is_prepared ? subproblem_.finish(qp, *qp_solver_, solution_)
-                  : subproblem_.solve(qp, *qp_solver_, solution_);
+  const PenaltySubproblemResult result = is_prepared
+                                             ? subproblem_.finish(qp, *qp_solver_, solution_)
+                                             : subproblem_.solve(qp, *qp_solver_, solution_);
   record.qp_status = result.status;
   record.inner_iterations += result.iterations;
   record.times.update += result.update_ms;
@@ -278,10 +278,14 @@ PhaseTimes Sqp::times() const {
 
 std::string_view to_string(StepKind kind) {
   switch (kind) {
-    case StepKind::Full: return "full";
-    case StepKind::Damped: return "damped";
-    case StepKind::Regularized: return "regularized";
-    case StepKind::Rejected: return "rejected";
+    case StepKind::Full:
+      return "full";
+    case StepKind::Damped:
+      return "damped";
+    case StepKind::Regularized:
+      return "regularized";
+    case StepKind::Rejected:
+      return "rejected";
   }
   return "unknown";
 }

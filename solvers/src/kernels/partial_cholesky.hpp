@@ -47,8 +47,9 @@ PALANQUIN_INLINE void subtract_product(Vector (&t)[C][V], int depth, const doubl
   }
 }
 
-/// Cholesky factor of the kPad x kPad block t. What the next pivot waits for is one division and one
-/// scalar update: vectors and square roots run beside this chain. Returns the first bad pivot or -1.
+/// Cholesky factor of the kPad x kPad block t. What the next pivot waits for is one division and
+/// one scalar update: vectors and square roots run beside this chain. Returns the first bad pivot
+/// or -1.
 template <int V>
 PALANQUIN_INLINE int factorize_block(Vector (&t)[kPad][V], const double* threshold,
                                      double* reciprocal) {

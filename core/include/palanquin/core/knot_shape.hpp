@@ -22,9 +22,9 @@ enum class Form {
 /// row group. Equal signatures of a knot and its neighbours mean equal patterns.
 struct KnotSignature {
   StageKind stage = StageKind::Running;
-  std::vector<Role> role;                  ///< [blocks]
-  std::vector<char> charted;               ///< [blocks]
-  std::array<std::vector<char>, 3> active; ///< per RowKind, [groups]
+  std::vector<Role> role;                   ///< [blocks]
+  std::vector<char> charted;                ///< [blocks]
+  std::array<std::vector<char>, 3> active;  ///< per RowKind, [groups]
 };
 
 /// value[destination] += source value * slope_a * slope_b, where a negative slope index means 1.
@@ -65,7 +65,9 @@ class ColumnMap {
   int nx = 0, nu = 0, nl = 0;
   int nw() const { return nx + nu + nl; }
   const Entry* begin(int tangent_column) const { return &entries_[start_[tangent_column]]; }
-  const Entry* end(int tangent_column) const { return entries_.data() + start_[tangent_column + 1]; }
+  const Entry* end(int tangent_column) const {
+    return entries_.data() + start_[tangent_column + 1];
+  }
   /// First column of block `b` in w, negative when it has none.
   int first_column(int b) const { return first_column_[static_cast<std::size_t>(b)]; }
   /// Number of columns of block `b` in w.
@@ -89,8 +91,8 @@ struct KnotShape {
   ColumnMap columns;
   QpStage pattern;  ///< dimensions and patterns, values zero
 
-  std::vector<int> equality_rows;    ///< lowered rows that the stage's equality rows are
-  std::vector<int> initial_links;    ///< link rows stated as equalities at the first knot
+  std::vector<int> equality_rows;  ///< lowered rows that the stage's equality rows are
+  std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot
   std::vector<int> penalty_rows;
   std::vector<int> inequality_rows;
   std::vector<int> link_rows;
@@ -117,7 +119,8 @@ class ShapeTable {
     std::size_t operator()(const std::vector<char>& key) const;
   };
   std::unique_ptr<KnotShape> make(const KnotSignature* previous, const KnotSignature& knot,
-                                  const KnotSignature* next, const std::vector<char>& is_hard) const;
+                                  const KnotSignature* next,
+                                  const std::vector<char>& is_hard) const;
 
   const LoweredProblem* problem_;
   const ExactHessian* exact_;

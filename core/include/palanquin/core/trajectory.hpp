@@ -30,8 +30,8 @@ void state_difference(const LoweredProblem& problem, const double* a, const doub
 ///
 /// `spacing` [N + 1] is the length of the interval after each knot (its last entry is not used).
 /// Throws std::invalid_argument for a negative or non-finite `elapsed` or non-positive spacing.
-void shift(const LoweredProblem& problem, MatrixView trajectory, VectorView spacing,
-           double elapsed, Eigen::Ref<RowMatrix> shifted);
+void shift(const LoweredProblem& problem, MatrixView trajectory, VectorView spacing, double elapsed,
+           Eigen::Ref<RowMatrix> shifted);
 
 /// Flips every quaternion of `z` (a knot vector) to the side of the one in `reference`.
 void align_quaternions(const LoweredProblem& problem, const double* reference, double* z);

@@ -22,11 +22,11 @@ struct NonFinite {
 
 /// Merit quantities of a trajectory.
 struct Evaluation {
-  double cost = 0.0;              ///< objective without penalties
-  double penalty = 0.0;           ///< sum of all penalties
-  double equality_max = 0.0;      ///< largest |residual| of dynamics, equality and link rows
-  double infeasibility = 0.0;     ///< 2-norm of those residuals and of violated hard rows
-  double inequality_max = 0.0;    ///< largest violation of a hard row
+  double cost = 0.0;            ///< objective without penalties
+  double penalty = 0.0;         ///< sum of all penalties
+  double equality_max = 0.0;    ///< largest |residual| of dynamics, equality and link rows
+  double infeasibility = 0.0;   ///< 2-norm of those residuals and of violated hard rows
+  double inequality_max = 0.0;  ///< largest violation of a hard row
   bool is_finite = true;
   double total() const { return cost + penalty; }
 };
@@ -87,9 +87,10 @@ class Transcription {
   /// Only the QP's initial state, for a state that was measured after linearize().
   void update_initial_state(const RowMatrix& trajectory);
 
-  /// Replaces the Hessians that linearize() made at `trajectory` by those of the stages' Lagrangians
-  /// with the given multipliers, penalties' slopes included, each made positive semidefinite by
-  /// CurvatureMirror. Curvature of link rows is left out. Call it on the heels of linearize().
+  /// Replaces the Hessians that linearize() made at `trajectory` by those of the stages'
+  /// Lagrangians with the given multipliers, penalties' slopes included, each made positive
+  /// semidefinite by CurvatureMirror. Curvature of link rows is left out. Call it on the heels of
+  /// linearize().
   void use_exact_hessians(const RowMatrix& trajectory, const StageQpSolution& multipliers);
 
   /// Adds `weight` to every diagonal entry of the QP's Hessians, until the next linearize().
@@ -99,8 +100,7 @@ class Transcription {
   /// As evaluate(), of the trajectory that linearize() or evaluate() has just seen.
   Evaluation summarize(const RowMatrix& trajectory);
   /// to = from (+) alpha * solution, charts applied.
-  void step(const RowMatrix& from, const StageQpSolution& solution, double alpha,
-            RowMatrix& to);
+  void step(const RowMatrix& from, const StageQpSolution& solution, double alpha, RowMatrix& to);
 
   const StageQp& qp() const { return qp_; }
   /// Slopes of the charts at a knot of the last linearize(), for ColumnMap::expand.

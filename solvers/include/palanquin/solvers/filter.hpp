@@ -15,9 +15,9 @@ struct LineSearchSettings {
   /// Changes of phi below this, relative to phi or to 1, decide nothing: the last residuals' share
   /// in phi (multiplier times residual) and rounding are of that order.
   double cost_resolution = 1e-9;
-  double armijo = 1e-4;                  ///< fraction of the predicted decrease of phi
-  double contraction = 0.5;              ///< of the step length, in (0, 1)
-  double min_step = 1e-4;                ///< shortest step length that is tried
+  double armijo = 1e-4;      ///< fraction of the predicted decrease of phi
+  double contraction = 0.5;  ///< of the step length, in (0, 1)
+  double min_step = 1e-4;    ///< shortest step length that is tried
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;

@@ -26,7 +26,7 @@ struct IpoptSettings {
 /// Outcome of an Ipopt solve.
 struct IpoptResult {
   Status status = Status::NotSolved;
-  std::string message;   ///< Ipopt's own words
+  std::string message;  ///< Ipopt's own words
   int iterations = 0;
   double milliseconds = 0.0;
   RowMatrix trajectory;  ///< [N + 1, nz]; the last iterate whatever the status

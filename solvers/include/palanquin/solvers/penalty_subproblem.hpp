@@ -21,7 +21,7 @@ struct PenaltySubproblemResult {
   int iterations = 0;      ///< QPs solved
   bool converged = false;  ///< the point minimises the true penalties, not only a model of them
   double predicted_change = 0.0;  ///< of the StageQp's cost, penalties exact, from the start
-  double update_ms = 0.0;  ///< of the QP back end, summed over the iterations
+  double update_ms = 0.0;         ///< of the QP back end, summed over the iterations
   double solve_ms = 0.0;
 };
 

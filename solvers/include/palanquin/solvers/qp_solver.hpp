@@ -56,8 +56,7 @@ class QpSolver {
     static_cast<void>(qp), static_cast<void>(model);
     return QpStatus::Solved;
   }
-  virtual QpStatus finish(const StageQp& qp, const PenaltyModel& model,
-                          StageQpSolution& solution) {
+  virtual QpStatus finish(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) {
     return solve(qp, model, solution);
   }
 

@@ -21,15 +21,15 @@ enum class HessianKind {
 
 /// Settings of the SQP method.
 struct SqpSettings {
-  std::string qp = "structured";    ///< QP back end, one of qp_solver_names()
+  std::string qp = "structured";  ///< QP back end, one of qp_solver_names()
   Form form = Form::Reduced;
   HessianKind hessian = HessianKind::GaussNewton;
-  int threads = 1;                  ///< for evaluating and linearising knots
-  int max_iterations = 50;          ///< 1: real-time iteration
-  double cost_tolerance = 1e-9;     ///< predicted decrease relative to the cost (or to 1)
-  double equality_tolerance = 1e-8; ///< largest equality residual of a converged point
-  double regularization = 1e-4;     ///< proximal weight of the second attempt at a failed step
-  bool globalize = true;            ///< false: full steps, checked for finiteness only
+  int threads = 1;                   ///< for evaluating and linearising knots
+  int max_iterations = 50;           ///< 1: real-time iteration
+  double cost_tolerance = 1e-9;      ///< predicted decrease relative to the cost (or to 1)
+  double equality_tolerance = 1e-8;  ///< largest equality residual of a converged point
+  double regularization = 1e-4;      ///< proximal weight of the second attempt at a failed step
+  bool globalize = true;             ///< false: full steps, checked for finiteness only
   LineSearchSettings line_search;
   PenaltySubproblemSettings subproblem;
   QpSettings qp_settings;
@@ -58,13 +58,13 @@ struct PhaseTimes {
 
 /// What one iteration did; printing, histories and plots all read this record.
 struct IterationRecord {
-  double cost = 0.0;            ///< after the step, without penalties
-  double penalty = 0.0;         ///< after the step
-  double equality_max = 0.0;    ///< after the step
-  double predicted = 0.0;       ///< change of cost and penalty that the QP predicted
+  double cost = 0.0;          ///< after the step, without penalties
+  double penalty = 0.0;       ///< after the step
+  double equality_max = 0.0;  ///< after the step
+  double predicted = 0.0;     ///< change of cost and penalty that the QP predicted
   double step_length = 0.0;
   StepKind step = StepKind::Rejected;
-  int inner_iterations = 0;     ///< QP solves of the penalty subproblem
+  int inner_iterations = 0;  ///< QP solves of the penalty subproblem
   QpStatus qp_status = QpStatus::NotSolved;
   PhaseTimes times;
 };

@@ -7,13 +7,13 @@ namespace palanquin {
 /// Why a solve stopped.
 enum class Status {
   NotSolved,
-  Converged,          ///< steps, cost and residuals are within their tolerances
-  IterationLimit,     ///< as many iterations as asked for, all of them fine: the normal end of a
-                      ///< real-time iteration
-  Stalled,            ///< no acceptable step from a feasible point
-  Infeasible,         ///< rows contradict each other, or residuals that no step reduces
-  QpFailed,           ///< the QP back end found no usable point
-  NonFinite,          ///< a function gave NaN or infinity at the start
+  Converged,       ///< steps, cost and residuals are within their tolerances
+  IterationLimit,  ///< as many iterations as asked for, all of them fine: the normal end of a
+                   ///< real-time iteration
+  Stalled,         ///< no acceptable step from a feasible point
+  Infeasible,      ///< rows contradict each other, or residuals that no step reduces
+  QpFailed,        ///< the QP back end found no usable point
+  NonFinite,       ///< a function gave NaN or infinity at the start
 };
 
 std::string_view to_string(Status status);
