@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from palanquin.problems import checks, clm, gaits
 from palanquin.problems.clm.planner import Planner
@@ -66,7 +67,7 @@ class Scenario:
         """The commanded velocity at `time`, s."""
         return self.velocity
 
-    def planner(self, **options: object) -> Planner:
+    def planner(self, **options: Any) -> Planner:
         """A planner of the scenario; options are fields of `SqpSettings`.
 
         The rows of several feet that land at once take more inner iterations to settle than the
