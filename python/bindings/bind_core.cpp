@@ -2,6 +2,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 
 #include "bindings.hpp"
 #include "palanquin/core/lowered_problem.hpp"
@@ -35,7 +36,7 @@ void bind_core(nb::module_& m) {
       "evaluate_penalty",
       [](const Policy& policy, double h) {
         const PenaltyValue v = evaluate_penalty(policy, h);
-        return nb::make_tuple(v.value, v.slope, v.curvature);
+        return std::make_tuple(v.value, v.slope, v.curvature);
       },
       "policy"_a, "h"_a, "Value, slope and curvature of a penalty at h.");
 
