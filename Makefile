@@ -35,12 +35,12 @@ bench: build ## Measure how the rate falls with the horizon, for each solver
 format: build ## Rewrite Python and C++ in the house format
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix-only --quiet .
-	$(if $(CXX_FILES),$(BIN)/clang-format -i $(CXX_FILES))
+	@$(if $(CXX_FILES),$(BIN)/clang-format -i $(CXX_FILES))
 
 lint: build ## Check format, Python style and types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
-	$(if $(CXX_FILES),$(BIN)/clang-format --dry-run --Werror $(CXX_FILES))
+	@$(if $(CXX_FILES),$(BIN)/clang-format --dry-run --Werror $(CXX_FILES))
 	tools/check-types $(BIN)
 
 clean: ## Remove the environment, the build and the outputs
