@@ -8,25 +8,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    FiniteFloat,
-    NonNegativeFloat,
-    PositiveFloat,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from palanquin.errors import PalanquinError
-from palanquin.problems import terrains
 from palanquin.problems.clm.references import ORIENTATION, STATE
+from palanquin.problems.terrain_kinds import TerrainKind
+from palanquin.schema import Finite, NonNegative, Positive, Strict, dotted, faults
 
 # A quaternion may be this far from unit norm and is normalised; further off it is an error.
 _NORM_TOLERANCE = 0.1
@@ -88,111 +78,56 @@ Moments = Annotated[Vector, AfterValidator(_positive)]
 Diagonal = Annotated[Vector, AfterValidator(_non_negative)]
 
 
-class _Strict(BaseModel):
-    """A part of a case: no conversion of types, no unknown keys, no NaN."""
-
-    model_config = ConfigDict(strict=True, frozen=True, arbitrary_types_allowed=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _refuse_unknown_keys(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            unknown = sorted(set(map(str, data)) - set(cls.model_fields))
-            if unknown:
-                raise ValueError(
-                    f"unknown key {', '.join(map(repr, unknown))}; "
-                    f"valid keys are {', '.join(cls.model_fields)}"
-                )
-        return data
-
-
-class RobotPart(_Strict):
+class RobotPart(Strict):
     """A robot: mass, inertia, reaches, and joints and default hand in its body frame."""
 
-    m: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    m: Positive
     I: Moments  # noqa: E741  (the file's key)
-    lf: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
-    lh: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    lf: Positive
+    lh: Positive
     hips: Annotated[Array, _shaped(4, 3)]
     arm: Vector
     hand: Vector
     attach: Vector
-    yaw_off: FiniteFloat
+    yaw_off: Finite
 
 
-class PayloadPart(_Strict):
+class PayloadPart(Strict):
     """The payload: mass, inertia, reference height over ground."""
 
-    m: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    m: Positive
     I: Moments  # noqa: E741
-    h: FiniteFloat
+    h: Finite
 
 
-class WeightsPart(_Strict):
+class WeightsPart(Strict):
     """Weights of (12) and (13)."""
 
     Wp: Diagonal
-    wq: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    wq: NonNegative
     Wv: Diagonal
     WO: Diagonal
     Wr: Diagonal
     Wf: Diagonal
     Wt: Diagonal
-    w0: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
-    wN: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]  # noqa: N815
+    w0: NonNegative
+    wN: NonNegative  # noqa: N815
 
 
-class PenaltyPart(_Strict):
+class PenaltyPart(Strict):
     """Stiffness and smoothing of (15), rows in m and N."""
 
-    K: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
-    eps: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    K: Positive
+    eps: Positive
 
 
-class FlatPart(_Strict):
-    """Level ground."""
-
-    type: Literal["flat"]
-    z0: FiniteFloat
-
-    def shape(self) -> terrains.Terrain:
-        """The height map."""
-        return terrains.Flat(self.z0)
-
-
-class PlanePart(_Strict):
-    """Inclined plane z0 + ax x + ay y."""
-
-    type: Literal["plane"]
-    z0: FiniteFloat
-    ax: FiniteFloat
-    ay: FiniteFloat
-
-    def shape(self) -> terrains.Terrain:
-        """The height map."""
-        return terrains.Plane(self.z0, self.ax, self.ay)
-
-
-class RampPart(_Strict):
-    """Logistic ramp (17)."""
-
-    type: Literal["ramp"]
-    H: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
-    kappa: FiniteFloat
-    xg: FiniteFloat
-
-    def shape(self) -> terrains.Terrain:
-        """The height map."""
-        return terrains.Ramp(self.H, self.kappa, self.xg)
-
-
-class DitchPart(_Strict):
+class DitchPart(Strict):
     """A ditch along a x + b y + c = 0, d wide (11)."""
 
-    a: FiniteFloat
-    b: FiniteFloat
-    c: FiniteFloat
-    d: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    a: Finite
+    b: Finite
+    c: Finite
+    d: NonNegative
 
     @model_validator(mode="after")
     def _require_direction(self) -> Self:
@@ -201,7 +136,7 @@ class DitchPart(_Strict):
         return self
 
 
-class Case(_Strict):
+class Case(Strict):
     """One optimal control problem.
 
     Attributes as in the file: `N` intervals of `dt` seconds; `s` contact flags [N+1, R, 4] whose
@@ -212,13 +147,13 @@ class Case(_Strict):
 
     name: str = "case"
     N: Annotated[int, Field(ge=1)]
-    dt: Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+    dt: Positive
     robots: Annotated[list[RobotPart], Field(min_length=1)]
     payload: PayloadPart
-    mu: Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+    mu: NonNegative
     weights: WeightsPart
     penalty: PenaltyPart
-    terrain: Annotated[FlatPart | PlanePart | RampPart, Field(discriminator="type")]
+    terrain: TerrainKind
     ditches: list[DitchPart]
     s: Array
     x0: Array
@@ -284,21 +219,8 @@ def parse_case(data: Any, source: str = "case") -> Case:
     try:
         return Case.model_validate(data)
     except ValidationError as error:
-        faults = "\n".join(f"  {_describe(fault)}" for fault in error.errors())
-        raise CaseError(f"{source} is not a valid case:\n{faults}") from error
-
-
-def _describe(fault: Any) -> str:
-    tags = {"flat", "plane", "ramp"}
-    steps = [step for step in fault["loc"] if step not in tags]
-    path = "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in steps).lstrip(".")
-    message = fault["msg"].removeprefix("Value error, ")
-    if fault["type"] == "missing":
-        message = "is missing"
-    elif fault["type"] == "union_tag_invalid":
-        message = f"type {fault['ctx']['tag']!r} is unknown; there are flat, plane, ramp"
-    elif fault["type"] == "union_tag_not_found":
-        message = "type is missing; there are flat, plane, ramp"
-    elif fault["type"] != "value_error" and not isinstance(fault["input"], dict | list):
-        message = f"is {fault['input']!r}; {message[0].lower()}{message[1:]}"
-    return f"{path}: {message}" if path else message
+        lines = (
+            f"  {dotted(path)}: {message}" if path else f"  {message}"
+            for path, message in faults(error, data)
+        )
+        raise CaseError("\n".join([f"{source} is not a valid case:", *lines])) from error

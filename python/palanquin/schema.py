@@ -1,0 +1,82 @@
+"""Data that users write in files: strict models, and what is wrong with the data in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NonNegativeFloat,
+    PositiveFloat,
+    ValidationError,
+    model_validator,
+)
+
+Positive = Annotated[PositiveFloat, Field(allow_inf_nan=False)]
+NonNegative = Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
+Finite = FiniteFloat
+
+Path = tuple[str | int, ...]
+"""Where in nested data a value stands: keys and indices from the outermost inwards."""
+
+
+class Strict(BaseModel):
+    """A part of a file: no conversion of types, no unknown keys, no change once it is made."""
+
+    model_config = ConfigDict(strict=True, frozen=True, arbitrary_types_allowed=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown_keys(cls, data: Any) -> Any:
+        if isinstance(data, dict):
+            unknown = sorted(set(map(str, data)) - set(cls.model_fields))
+            if unknown:
+                raise ValueError(
+                    f"unknown key {', '.join(map(repr, unknown))}; "
+                    f"valid keys are {', '.join(cls.model_fields)}"
+                )
+        return data
+
+
+def faults(error: ValidationError, data: Any) -> Iterator[tuple[Path, str]]:
+    """Place and message of every fault that `error` found in `data`."""
+    for fault in error.errors():
+        path = _path_in(data, fault["loc"], is_missing=fault["type"] == "missing")
+        yield path, _message(fault)
+
+
+def dotted(path: Path) -> str:
+    """A path as users write it: `robots[0].attach`."""
+    return "".join(f"[{s}]" if isinstance(s, int) else f".{s}" for s in path).lstrip(".")
+
+
+def _path_in(data: Any, steps: Path, is_missing: bool) -> Path:
+    """`steps` without those that are in no data: the tags of the members of a union."""
+    path: list[str | int] = []
+    for n, step in enumerate(steps):
+        is_index = isinstance(data, list | tuple) and isinstance(step, int) and step < len(data)
+        if is_index or (isinstance(data, dict) and step in data):
+            data = data[step]
+        elif not (is_missing and n == len(steps) - 1):
+            continue
+        path.append(step)
+    return tuple(path)
+
+
+def _message(fault: Any) -> str:
+    message: str = fault["msg"].removeprefix("Value error, ")
+    kind, value = fault["type"], fault["input"]
+    if kind == "missing":
+        return "is missing"
+    if kind == "union_tag_invalid":
+        known = fault["ctx"]["expected_tags"].replace("'", "")
+        return f"type {fault['ctx']['tag']!r} is unknown; there are {known}"
+    if kind == "union_tag_not_found":
+        return "type is missing"
+    if kind != "value_error" and not isinstance(value, dict | list):
+        return f"is {value!r}; {message[0].lower()}{message[1:]}"
+    return message
