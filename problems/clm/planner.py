@@ -17,6 +17,7 @@ from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns
 from palanquin.problems.clm.guess import carrying_forces, fill_guess, footholds
+from palanquin.problems.clm.landing import clear_feet, landings, mid_stance_feet
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.references import (
     References,
@@ -86,6 +87,25 @@ class TeamPlan:
         return self.plan.xs[:-1, self.columns.wrenches]
 
 
+@dataclass(frozen=True)
+class _Instant:
+    """What is known before a solve, at `time` (s).
+
+    `references` over the horizon; `contacts` [N+1, R, 4] and the flags just `before` [R, 4];
+    measured `feet` [R, 4, 3].
+    """
+
+    time: float
+    references: References
+    contacts: np.ndarray
+    before: np.ndarray
+    feet: np.ndarray
+
+    def carried(self, wanted: np.ndarray) -> np.ndarray:
+        """`wanted` feet [N+1, R, 4, 3], but those that stand stay."""
+        return footholds(wanted, self.contacts, self.before, self.feet)
+
+
 class Planner:
     """Plans for a team at any rate: call `solve` with the time, the measured state and a command.
 
@@ -98,7 +118,8 @@ class Planner:
         ditches: lines (a, b, c, width) that feet must not step into, [n, 4], m; at most as many as
             the problem was built for.
         candidates: how many choices of sides of the ditches are solved side by side every period;
-            the first is the last plan's own.
+            the first is the last plan's own. One is enough where every foot may take the nearer
+            way out of a ditch.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
 
     Example:
@@ -167,23 +188,20 @@ class Planner:
         references = make_references(
             self.team, self.terrain, self.reference, command, self.horizon, self.dt
         )
-        contacts, before = self._contacts(time)
+        now = _Instant(time, references, *self._contacts(time), state.feet)
         set_references(self.params, self.team, references)
-        set_contacts(self.params, self.team, contacts, before)
+        set_contacts(self.params, self.team, now.contacts, now.before)
         measured = self.lowered.knot()
         measured.values[self.columns.bodies] = state.bodies
         measured.values[self.columns.feet] = state.feet
-        if self._last is not None and self._last.plan.is_usable:
-            guess = self._shifted(self._last, elapsed, contacts)
-        else:
-            guess = self._cold(references, contacts, before, state.feet)
+        guess = self._guess(now, elapsed)
         if self.candidates is None:
             plan = self.sqp.solve(self.params, measured, guess)
         else:
-            guesses = self._sides(guess, references, contacts, before, state.feet)
+            guesses = self._sides(now, guess)
             plan = self.candidates.solve(self.params, measured, guesses).plan
         solve_ms = 1e3 * (clock.perf_counter() - start)
-        self._last = TeamPlan(plan, references, contacts, solve_ms, self.columns)
+        self._last = TeamPlan(plan, references, now.contacts, solve_ms, self.columns)
         return self._last
 
     def settle(
@@ -226,6 +244,33 @@ class Planner:
         flags = self.contacts(np.append(just_before, knots))
         return flags[1:], flags[0]
 
+    def _guess(self, now: _Instant, elapsed: float) -> NamedArray:
+        """The last plan, shifted; without one that is usable, the references.
+
+        Where there are ditches, feet that no plan has placed on the ground yet start outside of
+        them: one that was in the air at the last plan's end would otherwise keep to the near side
+        of a ditch, step after step, long after the reference has crossed.
+        """
+        last = self._last if self._last is not None and self._last.plan.is_usable else None
+        if last is None:
+            guess = self._from_references(now)
+        else:
+            guess = self._shifted(last, elapsed, now.contacts)
+        if len(self.ditches):
+            clear = clear_feet(self._aims(now), self.ditches, self.terrain)
+            times = elapsed + self.dt * np.arange(self.horizon + 1)
+            was_planned = (times < (self.horizon - 0.5) * self.dt) & (last is not None)
+            kept = now.contacts & was_planned[:, None, None]
+            feet = np.where(kept[..., None], guess.values[:, self.columns.feet], clear)
+            guess.values[:, self.columns.feet] = now.carried(feet)
+        return guess
+
+    def _from_references(self, now: _Instant) -> NamedArray:
+        guess = self.lowered.trajectory()
+        feet = now.carried(now.references.feet())
+        fill_guess(guess, self.team, now.references, now.contacts, feet)
+        return guess
+
     def _shifted(self, last: TeamPlan, elapsed: float, contacts: np.ndarray) -> NamedArray:
         """The last plan as seen `elapsed` seconds later.
 
@@ -240,39 +285,23 @@ class Planner:
         guess.values[:, self.columns.forces] = np.where(idle[..., None], shares, forces)
         return guess
 
-    def _sides(
-        self,
-        guess: NamedArray,
-        references: References,
-        contacts: np.ndarray,
-        before: np.ndarray,
-        feet: np.ndarray,
-    ) -> list[NamedArray]:
-        """The guess, and copies of it whose feet start from their references, or beside a ditch.
+    def _aims(self, now: _Instant) -> np.ndarray:
+        """Where feet should land, whatever the ground there, [N+1, R, 4, 3], world, m."""
+        gaits = [clock.gait(now.time) for clock in self.clocks]
+        stance = np.array([gait.period * np.array(gait.duty) for gait in gaits])
+        landing = landings(now.contacts, now.before)
+        return mid_stance_feet(now.references, landing, stance, self.terrain)
 
-        The references come first among them: a plan that once chose the near side of a ditch would
-        keep to it, step after step, long after the reference has crossed.
-        """
-        at_most = len(self.candidates.solvers) - 1 if self.candidates else 0
-        wanted = references.feet()
+    def _sides(self, now: _Instant, guess: NamedArray) -> list[NamedArray]:
+        """The guess, and copies of it whose feet land on other sides of ditches."""
+        at_most = len(self.candidates.solvers) if self.candidates else 1
+        aims = self._aims(now)
+        starts = foothold_starts(
+            aims, now.contacts, now.before, self.ditches, self.terrain, at_most
+        )
         guesses = [guess]
-        for start in foothold_starts(wanted, contacts, before, self.ditches, self.terrain, at_most)[
-            :at_most
-        ]:
+        for start in starts[1:]:
             other = guess.copy()
-            other.values[:, self.columns.feet] = footholds(start, contacts, before, feet)
+            other.values[:, self.columns.feet] = now.carried(start)
             guesses.append(other)
         return guesses
-
-    def _cold(
-        self,
-        references: References,
-        contacts: np.ndarray,
-        before: np.ndarray,
-        feet: np.ndarray,
-    ) -> NamedArray:
-        """A guess without a last plan: the references."""
-        guess = self.lowered.trajectory()
-        wanted = footholds(references.feet(), contacts, before, feet)
-        fill_guess(guess, self.team, references, contacts, wanted)
-        return guess
