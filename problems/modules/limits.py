@@ -12,7 +12,7 @@ FORCE_UNIT = 100.0
 
 # Stiffer than Table I of De Vincenti and Coros (K = 42 for all, forces in N), which leaves feet
 # 2 cm inside a ditch.
-REACH_POLICY = Penalty(stiffness=4200.0, smoothing=1e-3)
+REACH_POLICY = Penalty(stiffness=42000.0, smoothing=1e-3)
 FORCE_POLICY = Penalty(stiffness=420.0, smoothing=1e-3)
 DITCH_POLICY = Penalty(stiffness=42000.0, smoothing=1e-3)
 
