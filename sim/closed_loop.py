@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 
 from palanquin.problems.clm.planner import Planner, TeamPlan, TeamState
-from palanquin.problems.clm.references import Velocity
 from palanquin.sim.errors import InputError
 from palanquin.sim.rollout import Rollout, RolloutBuilder
+from palanquin.sim.scenarios.disturbance import mean_wrenches
+from palanquin.sim.scenarios.script import Director, Orders
 from palanquin.sim.team import Team
 
 SOLVER_PHASES = ("linearize", "update", "solve", "globalize")
@@ -19,14 +20,11 @@ PHASES = ("inputs", *SOLVER_PHASES)
 MOST_TICKS = 50_000
 """Of a run: its record takes about 12 kB a tick."""
 
-Command = Callable[[float], Velocity]
-"""The commanded velocity as a function of time (s)."""
-
 
 def run(
     planner: Planner,
     scene_team: Team,
-    command: Command,
+    director: Director,
     duration: float,
     period: float,
     start: TeamState | None = None,
@@ -43,7 +41,8 @@ def run(
     Args:
         planner: plans from a measured state; not used before.
         scene_team: the same team as the scene describes it.
-        command: velocity of the payload over time.
+        director: gives each tick's command, gait changes and pushes. The model suffers every push,
+            the planner knows beforehand of those that say so.
         duration: s.
         period: s between two plans; any value, the planner's knots need not match it.
         start: state at time 0; standing nominally unless told.
@@ -61,14 +60,17 @@ def run(
         violation=tuple(planner.lowered.policies),
     )
     state = start or planner.nominal_state()
-    planner.settle(0.0, state, command(0.0))
+    orders = _ordered(planner, director, 0.0, period)
+    planner.settle(0.0, state, orders.velocity)
     for tick in range(ticks):
         time = tick * period
-        plan = planner.solve(time, state, command(time))
+        if tick > 0:
+            orders = _ordered(planner, director, time, period)
+        plan = planner.solve(time, state, orders.velocity)
         state = TeamState(state.bodies, landed_feet(plan, state.feet))
         _log(builder, time, state, plan)
         state = TeamState(
-            nominal_step(planner, plan, state, period),
+            nominal_step(planner, plan, state, period, pushed(planner, orders, time, period)),
             feet_after(planner, plan, state.feet, time + period),
         )
         progress(tick + 1)
@@ -109,12 +111,42 @@ def feet_after(planner: Planner, plan: TeamPlan, feet: np.ndarray, time: float) 
     return np.where(landed[..., None], footholds, feet)
 
 
-def nominal_step(planner: Planner, plan: TeamPlan, state: TeamState, period: float) -> np.ndarray:
-    """Bodies [R+1, 13] after `period` under the plan's first inputs (eq. 4)."""
+def _ordered(planner: Planner, director: Director, time: float, period: float) -> Orders:
+    """The orders of a tick; gaits change, and the planner learns of pushes that it may know."""
+    orders = director.at(time, planner.reference_at(time), period)
+    for change in orders.gait_changes:
+        for name, clock in zip(planner.team.robots, planner.clocks, strict=True):
+            if name in (change.robots or (name,)):
+                clock.change(change.gait.gait, time, change.at_once)
+    knots = time + planner.dt * np.arange(planner.horizon + 1, dtype=np.float64)
+    known = [push for push in orders.pushes if push.known]
+    planner.expect_wrenches(mean_wrenches(known, planner.team.bodies, knots, planner.dt))
+    return orders
+
+
+def pushed(planner: Planner, orders: Orders, time: float, period: float) -> np.ndarray:
+    """Mean force and torque of all pushes on the bodies during a period, [R+1, 6]."""
+    return mean_wrenches(orders.pushes, planner.team.bodies, np.array([time]), period)[0]
+
+
+def nominal_step(
+    planner: Planner,
+    plan: TeamPlan,
+    state: TeamState,
+    period: float,
+    wrenches: np.ndarray | None = None,
+) -> np.ndarray:
+    """Bodies [R+1, 13] after `period` under the plan's first inputs (eq. 4) and `wrenches`
+    [R+1, 6] (force and torque, world) that disturb them; none unless told.
+    """
     columns = planner.columns
     knot, parameters = plan.plan.xs[0].copy(), planner.params.copy()
     knot[columns.bodies], knot[columns.feet] = state.bodies, state.feet
     parameters["dt"] = period
+    for b, body in enumerate(planner.team.bodies):
+        wrench = np.zeros(6) if wrenches is None else wrenches[b]
+        parameters[f"{body}.external_force"] = wrench[:3]
+        parameters[f"{body}.external_torque"] = wrench[3:]
     return planner.lowered.step(knot, parameters.values[0])[columns.bodies]
 
 

@@ -89,20 +89,22 @@ def _add_surroundings(spec: mujoco.MjSpec) -> None:
 def _add_payload(
     spec: mujoco.MjSpec, payload: Payload, robots: tuple[Member, ...]
 ) -> mujoco.MjsBody:
-    """A free timber box of uniform density with a metal collar at each grasp point."""
+    """A free timber body of uniform density with a metal collar at each grasp point."""
     body = spec.worldbody.add_body(name="payload")
     body.add_freejoint(name="payload")
-    size = np.asarray(payload.size)
-    body.explicitinertial = True
-    body.mass = payload.mass
-    body.inertia = payload.mass / 12 * (size @ size - size**2)
-    half = size / 2
     spec.add_material(name="timber", rgba=TIMBER, specular=0.1, shininess=0.1)
     spec.add_material(name="collar", rgba=METAL, specular=0.5, shininess=0.6)
-    body.add_geom(
-        name="payload", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, mass=0, material="timber",
-        contype=0, conaffinity=1,
-    )  # fmt: skip
+    geom = body.add_geom(
+        name="payload", mass=payload.mass, material="timber", contype=0, conaffinity=1
+    )
+    half = np.asarray(payload.size) / 2
+    if payload.axis:
+        along = half * (np.array(list("xyz")) == payload.axis)
+        geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
+        geom.fromto = np.concatenate([-along, along])
+        geom.size = (half["xyz".index(payload.axis) - 1], 0, 0)
+    else:
+        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_BOX, half
     for robot in robots:
         attach = np.asarray(robot.attach, float)
         body.add_site(

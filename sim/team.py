@@ -30,14 +30,16 @@ class Member:
 
 @dataclass(frozen=True)
 class Payload:
-    """A box of full extents `size` [3] (m) and `mass` (kg), centred at the payload frame.
+    """A body of full extents `size` [3] (m) and `mass` (kg), centred at the payload frame: a box,
+    or a cylinder along `axis` ("x", "y" or "z").
 
-    The scene gives it the inertia of that box. The planner may use another: Table I's
-    diag(1.6, 24, 1.6) is of no rigid body, since 24 > 1.6 + 1.6, and MuJoCo refuses it.
+    The scene gives it the inertia of that shape at uniform density. The planner may use another:
+    Table I's diag(1.6, 24, 1.6) is of no rigid body, since 24 > 1.6 + 1.6, and MuJoCo refuses it.
     """
 
     mass: float = 16.0
     size: tuple[float, ...] = (0.08, 2.0, 0.08)
+    axis: str = ""
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,8 @@ class Team:
         _check_vector("payload.size", self.payload.size)
         if min(self.payload.size) <= 0 or not self.payload.mass > 0:
             raise InputError(f"payload: {self.payload} must have positive size and mass")
+        if self.payload.axis not in ("", "x", "y", "z"):
+            raise InputError(f"payload.axis: {self.payload.axis!r} is none of '', 'x', 'y', 'z'")
         for ditch in self.ditches:
             if not np.hypot(ditch.a, ditch.b) > 0 or not ditch.d > 0:
                 raise InputError(f"ditch: {ditch} needs a direction (a, b) and a positive width d")
@@ -99,7 +103,7 @@ class Team:
             data = json.loads(text)
             return cls(
                 robots=tuple(_member(robot) for robot in data["robots"]),
-                payload=Payload(data["payload"]["mass"], tuple(data["payload"]["size"])),
+                payload=Payload(**{k: _tuples(v) for k, v in data["payload"].items()}),
                 terrain=data["terrain"],
                 ditches=tuple(Ditch(**ditch) for ditch in data["ditches"]),
             )

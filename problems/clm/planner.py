@@ -13,6 +13,7 @@ from palanquin.candidates import Candidates
 from palanquin.errors import ProblemError
 from palanquin.lowered import NamedArray
 from palanquin.plan import Plan, Sqp, Status
+from palanquin.policies import Policy
 from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns
@@ -120,6 +121,8 @@ class Planner:
         candidates: how many choices of sides of the ditches are solved side by side every period;
             the first is the last plan's own. One is enough where every foot may take the nearer
             way out of a ditch.
+        team: what the problem was built for; read from its grasps unless told, with the payload at
+            the height at which the first robot stands nominally.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
 
     Example:
@@ -134,9 +137,10 @@ class Planner:
         terrain: Terrain | None = None,
         ditches: ArrayLike = (),
         candidates: int = 1,
+        team: Team | None = None,
         **options: Any,
     ) -> None:
-        self.team = Team.of(problem)
+        self.team = team or Team.of(problem)
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
         self.columns = Columns.of(self.lowered, self.team)
@@ -171,6 +175,29 @@ class Planner:
     def contacts(self, times: np.ndarray) -> np.ndarray:
         """Contact flags [n, R, 4] at `times` [n], s."""
         return np.stack([c.contacts(times) for c in self.clocks], axis=1)
+
+    def set_policy(self, family: str, policy: Policy) -> None:
+        """Changes how an inequality family enters; needs no lowering."""
+        for solver in (self.sqp, self.candidates):
+            if solver is not None:
+                solver.set_policy(family, policy)
+
+    def expect_wrenches(self, wrenches: np.ndarray) -> None:
+        """Tells the planner of pushes to come: force and torque (world, N and N m) on each body
+        during the intervals of the horizon that the next plan is for, [N+1, R+1, 6].
+        """
+        for b, body in enumerate(self.team.bodies):
+            self.params[f"{body}.external_force"] = wrenches[:, b, :3]
+            self.params[f"{body}.external_torque"] = wrenches[:, b, 3:]
+
+    def reference_at(self, time: float) -> np.ndarray:
+        """The payload's reference (x, y, yaw) [3], m and rad, at `time` (s, not before the last
+        plan's) if the command stays.
+        """
+        elapsed = 0.0 if self._time is None else time - self._time
+        if elapsed <= 0:
+            return self.reference
+        return payload_path(self.terrain, self.reference, self._command, 1, elapsed)[1]
 
     def solve(self, time: float, state: TeamState, command: Velocity) -> TeamPlan:
         """Plans from a measured state.
@@ -226,10 +253,7 @@ class Planner:
         elapsed = time - self._time
         if elapsed < 0:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
-        if elapsed > 0:
-            self.reference = payload_path(self.terrain, self.reference, self._command, 1, elapsed)[
-                1
-            ]
+        self.reference = self.reference_at(time)
         self._time, self._command = time, command
         return elapsed
 

@@ -1,18 +1,18 @@
-"""Scenarios that `palanquin demo` runs: one module each, listed here."""
+"""Scenarios: runs as data. Files are read by `open_scenario`; `Scenario` is what they hold."""
 
-from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.files import ScenarioError, load_scenario
+from palanquin.sim.scenarios.library import SHIPPED, find_file, open_scenario
+from palanquin.sim.scenarios.lineup import with_robots
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.start import disturbed
-from palanquin.sim.scenarios.trot import TROT
 
-SCENARIOS = {scenario.name: scenario for scenario in (TROT,)}
-
-
-def by_name(name: str) -> Scenario:
-    """The scenario called `name`; raises InputError that lists the known ones."""
-    if name not in SCENARIOS:
-        raise InputError(f"scenario: {name!r} is not known; known are {', '.join(SCENARIOS)}")
-    return SCENARIOS[name]
-
-
-__all__ = ["SCENARIOS", "Scenario", "by_name", "disturbed"]
+__all__ = [
+    "SHIPPED",
+    "Scenario",
+    "ScenarioError",
+    "disturbed",
+    "find_file",
+    "load_scenario",
+    "open_scenario",
+    "with_robots",
+]

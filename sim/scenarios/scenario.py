@@ -1,82 +1,161 @@
-"""What a scenario is: who carries, on what ground, how they are told to walk, for how long."""
+"""A scenario: who carries what, on what ground, told to move how, and what befalls them."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
-from palanquin.problems import checks, clm, gaits
-from palanquin.problems.clm.planner import Planner
-from palanquin.problems.terrains import Flat, Terrain
+from pydantic import Field, PrivateAttr, ValidationError, model_validator
+
+from palanquin.problems import clm
+from palanquin.problems.clm.planner import Planner, TeamState
+from palanquin.problems.gaits import Gait
+from palanquin.problems.terrain_kinds import FlatKind, TerrainKind
+from palanquin.problems.terrains import Terrain
+from palanquin.schema import Positive, Strict, dotted, faults
 from palanquin.sim.errors import InputError
-from palanquin.sim.scenarios import lineup
-from palanquin.sim.team import Team
+from palanquin.sim.scenarios.command import AnyCommand
+from palanquin.sim.scenarios.disturbance import Push
+from palanquin.sim.scenarios.ditches import Ditches, Line, ListedDitches
+from palanquin.sim.scenarios.gait import GaitChange
+from palanquin.sim.scenarios.payload import Payload
+from palanquin.sim.scenarios.robot import Robot
+from palanquin.sim.scenarios.script import Script
+from palanquin.sim.scenarios.settings import PlannerSettings
+from palanquin.sim.scenarios.start import disturbed
+from palanquin.sim.scenarios.vectors import Name
+from palanquin.sim.team import Ditch, Team
+
+MOST_ROBOTS = 4
+
+_NO_DITCHES = ListedDitches(type="lines", lines=())
 
 
-@dataclass(frozen=True)
-class Scenario:
-    """A team side by side behind a beam, told a constant velocity on flat ground.
+class Scenario(Strict):
+    """One run, as data. The same fields stand in scenario files (YAML or JSON).
 
-    Attributes:
-        name: what `palanquin demo` calls it.
-        summary: what one should see, in a sentence.
-        velocity: command to the payload, in its heading frame.
-        robots: how many Laikagos carry, 1 to 4.
-        gait: name of the gait of all robots.
-        horizon: number N of planned intervals.
-        dt: their length, s.
-        duration: of the whole run, s.
-        trackings: how the plan can be followed: "kinematic", "physics".
-
-    Change one with `dataclasses.replace`; a bad value raises InputError or ProblemError.
+    Use `changed` for a variant. A bad value raises InputError, or pydantic's ValidationError when
+    the constructor is called.
     """
 
-    name: str
-    summary: str
-    velocity: clm.Velocity
-    robots: int = 2
-    gait: str = "trot"
-    horizon: int = 15
-    dt: float = 1 / 30
-    duration: float = 10.0
-    trackings: tuple[str, ...] = ("kinematic",)
+    name: Name
+    summary: str = Field("", description="what one should see, in a sentence")
+    robots: Annotated[tuple[Robot, ...], Field(strict=False, min_length=1, max_length=MOST_ROBOTS)]
+    payload: Payload = Payload()
+    terrain: TerrainKind = FlatKind(type="flat")
+    ditches: Ditches = Field(_NO_DITCHES, description="strips of ground that no foot may touch")
+    command: AnyCommand = Field(description="how the payload shall move")
+    gait_changes: Annotated[tuple[GaitChange, ...], Field(strict=False)] = ()
+    pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
+    planner: PlannerSettings = PlannerSettings()
+    duration: Positive = Field(10.0, description="of the run, s")
+    seed: Annotated[int, Field(ge=0)] = Field(
+        0,
+        description="of random ditches and of the start: 0 stands nominally, from 1 on bodies, "
+        "velocities and feet are a little off",
+    )
+    trackings: Annotated[
+        tuple[Literal["kinematic", "physics"], ...], Field(strict=False, min_length=1)
+    ] = Field(("kinematic",), description="how the plan can be followed")
+    _lines: list[Line] = PrivateAttr()
 
-    def __post_init__(self) -> None:
-        lineup.check_size(self.robots)
-        gaits.by_name(self.gait)
-        if not 1 <= self.horizon <= 200:
-            raise InputError(f"horizon: {self.horizon} must be from 1 to 200 intervals")
-        checks.positive("dt", self.dt)
-        checks.positive("duration", self.duration)
-        if self.gait == "stand" and self.velocity != clm.Velocity():
-            raise InputError(
-                f"velocity: {self.velocity} must be 0 with the gait 'stand', whose feet never move"
-            )
+    @model_validator(mode="after")
+    def _check_names(self) -> Self:
+        names = [robot.name for robot in self.robots]
+        if len({"payload", "terrain", *names}) < len(names) + 2:
+            raise ValueError(f"robots: names {names} must differ, also from payload and terrain")
+        for i, change in enumerate(self.gait_changes):
+            for name in change.robots:
+                if name not in names:
+                    raise ValueError(f"gait_changes[{i}].robots: {name!r} is not one of {names}")
+        for i, push in enumerate(self.pushes):
+            if push.body not in self.bodies:
+                raise ValueError(f"pushes[{i}].body: {push.body!r} is not one of {self.bodies}")
+        self._lines = self.ditches.draw(self.seed)
+        return self
+
+    @model_validator(mode="after")
+    def _require_steps(self) -> Self:
+        starts = {0.0, *self.command.changes(), *(change.time for change in self.gait_changes)}
+        for time in sorted(starts):
+            if not self.command.moves(time):
+                continue
+            for robot in self.robots:
+                gait = self._gait_of(robot, time)
+                if min(gait.duty) >= 1.0:
+                    raise ValueError(
+                        f"command: at {time:g} s the velocity must be 0 with the gait "
+                        f"'{gait.name}' of {robot.name}, whose feet never move"
+                    )
+        return self
+
+    def _gait_of(self, robot: Robot, time: float) -> Gait:
+        """The gait that a robot was last told."""
+        told = [robot.gait]
+        for change in sorted(self.gait_changes, key=lambda change: change.time):
+            if change.time <= time and robot.name in (change.robots or (robot.name,)):
+                told.append(change.gait)
+        return told[-1].gait
+
+    def changed(self, **fields: Any) -> Scenario:
+        """A copy with other values; raises InputError that names the field and the rule."""
+        data = {**dict(self), **fields}
+        try:
+            return type(self).model_validate(data)
+        except ValidationError as error:
+            lines = [f"{dotted(path)}: {message}" for path, message in faults(error, data)]
+            raise InputError("; ".join(line.removeprefix(": ") for line in lines)) from error
 
     @property
-    def terrain(self) -> Terrain:
-        """The ground."""
-        return Flat()
+    def bodies(self) -> list[str]:
+        """Names of all bodies: the payload, then the robots."""
+        return ["payload", *(robot.name for robot in self.robots)]
+
+    @property
+    def ground(self) -> Terrain:
+        """The height map."""
+        return self.terrain.shape()
+
+    @property
+    def team(self) -> clm.Team:
+        """The team as the planner knows it."""
+        return clm.Team(self.payload.carried(), tuple(robot.carrier() for robot in self.robots))
 
     @property
     def scene(self) -> Team:
-        """The team as it is drawn."""
-        return lineup.scene_team(self.robots)
+        """The team on its ground as it is shown."""
+        return Team(
+            robots=tuple(robot.member() for robot in self.robots),
+            payload=self.payload.shape.in_scene(self.payload.mass),
+            terrain=self.terrain.model_dump(),
+            ditches=tuple(Ditch(*line) for line in self._lines),
+        )
 
-    def command(self, time: float) -> clm.Velocity:
-        """The commanded velocity at `time`, s."""
-        return self.velocity
+    def build_planner(self, **options: Any) -> Planner:
+        """A planner of the scenario; options are fields of `SqpSettings` that override its own."""
+        settings, team = self.planner, self.team
+        problem = clm.build_clm(
+            team,
+            settings.horizon,
+            settings.dt,
+            self.ground,
+            settings.friction,
+            len(self._lines),
+            settings.weights.weights(),
+        )
+        planner = Planner(
+            problem, self.ground, self._lines, team=team, **{**settings.options(), **options}
+        )
+        for family, penalty in settings.penalties.items():
+            planner.set_policy(family, penalty.policy())
+        return planner
 
-    def planner(self, **options: Any) -> Planner:
-        """A planner of the scenario; options are fields of `SqpSettings`.
+    def start(self, planner: Planner) -> TeamState:
+        """Where the run begins, as the seed says."""
+        return disturbed(planner.nominal_state(), self.ground, self.seed)
 
-        The rows of several feet that land at once take more inner iterations to settle than the
-        engine's default: a crawl of two broke the friction cone by up to 72 N with 3, 6 N with 6.
-        """
-        options = {"subproblem": {"max_inner_iterations": 6}, **options}
-        team = lineup.planning_team(self.robots, gaits.by_name(self.gait))
-        problem = clm.build_clm(team, self.horizon, self.dt, self.terrain)
-        return Planner(problem, self.terrain, **options)
+    def script(self) -> Script:
+        """The run's commands, gait changes and pushes, as the closed loop asks for them."""
+        return Script(self.command.start(), self.gait_changes, self.pushes)
 
     def check_tracking(self, tracking: str) -> None:
         """Raises InputError unless the plan can be followed that way."""

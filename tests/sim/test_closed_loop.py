@@ -1,26 +1,31 @@
 """Receding-horizon runs: the payload follows, standing feet stay, any rate and team size works."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from palanquin.problems.clm import Velocity
 from palanquin.sim import closed_loop
 from palanquin.sim.errors import InputError
 from palanquin.sim.outcome import outcome
-from palanquin.sim.scenarios import by_name, disturbed
+from palanquin.sim.running import run_scenario
+from palanquin.sim.scenarios import open_scenario, with_robots
 
-TROT = by_name("trot")
+TROT = open_scenario("trot")
 USABLE = {"converged", "iteration_limit"}
 
 
-def run(rate=30.0, duration=1.0, seed=0, **changes):
-    scenario = replace(TROT, duration=duration, **changes)
-    planner = scenario.planner()
-    start = disturbed(planner.nominal_state(), scenario.terrain, seed)
-    team, command = scenario.scene, scenario.command
-    return closed_loop.run(planner, team, command, duration, 1 / rate, start)
+def scenario_of(robots=2, gait="trot", velocity=(0.4, 0.0, 0.0), rate=30.0, **changes):
+    scenario = with_robots(TROT, robots)
+    vx, vy, wz = velocity
+    return scenario.changed(
+        robots=[{**dict(robot), "gait": gait} for robot in scenario.robots],
+        command={"type": "velocity", "steps": [{"vx": vx, "vy": vy, "wz": wz}]},
+        planner={"rate": rate},
+        **{"duration": 1.0, **changes},
+    )
+
+
+def run(**changes):
+    return run_scenario(scenario_of(**changes))
 
 
 def stays(rollout):
@@ -41,12 +46,12 @@ def stays(rollout):
         (20.0, {}),
         (30.0, {"gait": "pronk"}),
         (30.0, {"gait": "crawl"}),
-        (30.0, {"velocity": Velocity(0.2, 0.1, 0.2)}),
+        (30.0, {"velocity": (0.2, 0.1, 0.2)}),
         (30.0, {"seed": 5}),
     ],
 )
 def test_payload_follows_and_standing_feet_stay(rate, changes):
-    rollout = run(rate, **changes)
+    rollout = run(rate=rate, **changes)
     assert len(rollout.time) == round(rate)
     assert set(rollout.status) <= USABLE
     result = outcome(rollout, 1.0, 1 / rate)
@@ -79,10 +84,9 @@ def test_the_model_moves_as_its_plan_says():
 
 
 def test_a_foot_that_lands_between_ticks_stands_on_the_planned_foothold():
-    scenario = replace(TROT, duration=1.0)
-    planner = scenario.planner()
+    planner = TROT.build_planner()
     state = planner.nominal_state()
-    plan = planner.settle(0.0, state, scenario.velocity)
+    plan = planner.settle(0.0, state, TROT.command.at(0.0))
     touchdown = 7 / 30
     landed = planner.contacts(np.array([touchdown]))[0] & ~plan.contacts[0]
     assert landed.any()
@@ -95,15 +99,14 @@ def test_a_foot_that_lands_between_ticks_stands_on_the_planned_foothold():
 
 
 def test_a_run_that_diverges_ends_early():
-    rollout = run(robots=1, velocity=Velocity(-40.0), duration=3.0)
+    rollout = run(robots=1, velocity=(-40.0, 0.0, 0.0), duration=3.0)
     assert len(rollout.time) < 90
     assert not outcome(rollout, 3.0, 1 / 30)["completed"]
 
 
 def test_progress_counts_ticks():
-    scenario, ticks = replace(TROT, duration=0.1), []
-    planner, team = scenario.planner(), scenario.scene
-    closed_loop.run(planner, team, scenario.command, 0.1, 1 / 30, progress=ticks.append)
+    ticks = []
+    run_scenario(scenario_of(duration=0.1), progress=ticks.append)
     assert ticks == [1, 2, 3]
 
 

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import typer
 
-from palanquin.cli import bench
-from palanquin.cli.demo import demo
+from palanquin.cli import bench, demo, scenario
 from palanquin.cli.solve import solve
 
 app = typer.Typer(
@@ -19,7 +18,8 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
 )
 app.command()(solve)
-app.command()(demo)
+app.add_typer(demo.app, name="demo")
+app.add_typer(scenario.app, name="scenario")
 app.add_typer(bench.app, name="bench")
 
 

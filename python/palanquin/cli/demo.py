@@ -7,7 +7,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,11 +16,13 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
-    from palanquin.problems.clm import Velocity
-    from palanquin.sim.rollout import Rollout
     from palanquin.sim.scenarios import Scenario
+
+
+app = typer.Typer(cls=DefaultCommandGroup, add_completion=False)
 
 
 class Tracking(StrEnum):
@@ -31,11 +32,22 @@ class Tracking(StrEnum):
     PHYSICS = "physics"
 
 
+@app.command(DEFAULT)
 def demo(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="The scenario, such as trot.")],
-    robots: Annotated[int | None, typer.Option(help="How many robots carry, 1 to 4.")] = None,
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME|FILE",
+            help="A scenario that `palanquin scenario list` shows, or a scenario file.",
+        ),
+    ],
+    robots: Annotated[
+        int | None,
+        typer.Option(help="How many carry, 1 to 4, all like the scenario's first one, in a row."),
+    ] = None,
     gait: Annotated[
-        str | None, typer.Option(help="stand, trot, pace, bound, pronk or crawl.")
+        str | None,
+        typer.Option(help="Of all robots all the way: stand, trot, pace, bound, pronk or crawl."),
     ] = None,
     velocity: Annotated[
         str | None,
@@ -45,19 +57,19 @@ def demo(
         ),
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Of the run, s.")] = None,
-    horizon: Annotated[int | None, typer.Option(help="Planned intervals of 1/30 s.")] = None,
-    rate: Annotated[float, typer.Option(help="Plans a second, Hz.")] = 30.0,
+    horizon: Annotated[int | None, typer.Option(help="Planned intervals.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Plans a second, Hz.")] = None,
     qp: Annotated[
         str | None, typer.Option(help="Back end of the SQP's subproblem: structured, ldl, osqp.")
     ] = None,
     seed: Annotated[
-        int,
+        int | None,
         typer.Option(
             min=0,
-            help="Start: 0 stands nominally; from 1 on bodies, velocities and feet are a little "
-            "off, as the seed draws them (2 cm, 0.03 rad, 0.05 m/s).",
+            help="Of random ditches, and of the start: 0 stands nominally; from 1 on bodies, "
+            "velocities and feet are a little off (2 cm, 0.03 rad, 0.05 m/s).",
         ),
-    ] = 0,
+    ] = None,
     tracking: Annotated[
         Tracking,
         typer.Option(help="Inverse kinematics only, or a controller in simulated physics."),
@@ -82,41 +94,50 @@ def demo(
 
     `palanquin demo trot`: two armed Laikagos trot with a 16 kg beam. The first plan converges
     before the clock starts, while the robots stand; then each period has one SQP iteration.
+    Options override what the scenario says.
 
     Exit status: 0 completed, 1 not completed, 2 bad input.
     """
     with reported_errors():
         from palanquin.cli.demo_files import DemoFiles
+        from palanquin.cli.demo_scenario import overridden, settings_of
+        from palanquin.sim.closed_loop import number_of_ticks
         from palanquin.sim.kinematic import track
         from palanquin.sim.outcome import outcome
-        from palanquin.sim.scenarios import by_name
+        from palanquin.sim.running import run_scenario
+        from palanquin.sim.scenarios import open_scenario
 
-        scenario = _changed(
-            by_name(name),
+        scenario = overridden(
+            open_scenario(name),
             robots=robots,
             gait=gait,
-            velocity=None if velocity is None else _parse_velocity(velocity),
+            velocity=velocity,
             duration=duration,
+            seed=seed,
             horizon=horizon,
+            rate=rate,
+            qp=qp,
         )
         scenario.check_tracking(tracking.value)
-        files = DemoFiles.prepare(name, out_folder, rrd, json_file, video)
-        out.print(scenario.summary)
+        files = DemoFiles.prepare(scenario.name, out_folder, rrd, json_file, video)
+        out.print(scenario.summary, markup=False)
         show_progress_of_lowering()
         with _progress_bars() as bar:
-            rollout, settings = _plan(scenario, rate, qp, seed, bar)
+            ticks = number_of_ticks(scenario.duration, scenario.planner.period)
+            planner = scenario.build_planner()
+            rollout = run_scenario(scenario, planner, bar("planning", ticks))
             trajectory = track(rollout, progress=bar("tracking", 1.0))
             figures = {
-                "scenario": name,
+                "scenario": scenario.name,
                 "tracking": tracking.value,
-                "seed": seed,
-                "robots": scenario.robots,
-                "settings": settings,
-                **outcome(rollout, scenario.duration, 1 / rate),
+                "seed": scenario.seed,
+                "robots": len(scenario.robots),
+                "settings": settings_of(scenario, planner),
+                **outcome(rollout, scenario.duration, scenario.planner.period),
                 "kinematics": trajectory.summary(),
             }
             written = files.write(rollout, trajectory, figures, bar("video", 1.0))
-    out.print(_table(f"{name}: {scenario.robots} robots, {scenario.gait}", figures))
+    out.print(_table(_title(scenario), figures))
     for kind, path in written.items():
         out.print(f"{kind}: {path}", markup=False, highlight=False, soft_wrap=True)
     if not figures["completed"]:
@@ -129,56 +150,9 @@ def demo(
         _open_viewer(written["recording"])
 
 
-def _changed(scenario: Scenario, **changes: Any) -> Scenario:
-    """The scenario with the options that were given."""
-    return replace(scenario, **{key: v for key, v in changes.items() if v is not None})
-
-
-def _parse_velocity(text: str) -> Velocity:
-    from palanquin.problems.clm import Velocity
-
-    parts = text.split(",")
-    try:
-        return Velocity(*[float(part) for part in parts])
-    except (TypeError, ValueError) as error:
-        raise ValueError(
-            f"--velocity {text}: VX[,VY[,WZ]] is needed, such as 0.4 or 0.3,0,0.2"
-        ) from error
-
-
-def _plan(
-    scenario: Scenario, rate: float, qp: str | None, seed: int, bar: Bars
-) -> tuple[Rollout, dict[str, Any]]:
-    """Runs the planner in closed loop; returns the rollout and the settings it was made with."""
-    from palanquin.sim import closed_loop
-    from palanquin.sim.scenarios import disturbed
-
-    if not 1 <= rate <= 1000:
-        raise ValueError(f"--rate {rate}: it must be from 1 to 1000 Hz")
-    planner = scenario.planner(**({} if qp is None else {"qp": qp}))
-    start = disturbed(planner.nominal_state(), scenario.terrain, seed)
-    ticks = closed_loop.number_of_ticks(scenario.duration, 1 / rate)
-    rollout = closed_loop.run(
-        planner,
-        scenario.scene,
-        scenario.command,
-        scenario.duration,
-        1 / rate,
-        start,
-        bar("planning", ticks),
-    )
-    velocity = scenario.velocity
-    settings = {
-        "gait": scenario.gait,
-        "velocity": [velocity.vx, velocity.vy, velocity.wz],
-        "horizon": scenario.horizon,
-        "dt_s": scenario.dt,
-        "rate_hz": rate,
-        "qp": planner.sqp.settings.qp,
-        "sqp_iterations_per_period": planner.sqp.settings.max_iterations,
-        "threads": planner.sqp.settings.threads,
-    }
-    return rollout, settings
+def _title(scenario: Scenario) -> str:
+    gaits = dict.fromkeys(robot.gait.name for robot in scenario.robots)
+    return f"{scenario.name}: {len(scenario.robots)} robots, {', '.join(gaits)}"
 
 
 Bars = Callable[[str, float], Callable[[float], None]]

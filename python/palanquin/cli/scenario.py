@@ -1,0 +1,58 @@
+"""`palanquin scenario`: the scenarios that there are, their files, and what is wrong with one."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from palanquin.cli.console import out, reported_errors
+
+app = typer.Typer(help="Scenarios: what they are, and whether a file is one.", no_args_is_help=True)
+
+Source = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A scenario, or its file.")]
+
+
+@app.command("list")
+def show_all() -> None:
+    """Lists the scenarios that come with the package."""
+    from palanquin.sim.scenarios import SHIPPED, open_scenario
+
+    table = Table(show_header=False, box=None)
+    for name in SHIPPED:
+        scenario = open_scenario(name)
+        table.add_row(name, f"{len(scenario.robots)} robots", scenario.summary)
+    out.print(table)
+
+
+@app.command()
+def show(name: Source) -> None:
+    """Prints a scenario's file, to copy and change."""
+    from palanquin.sim.scenarios import find_file
+
+    with reported_errors():
+        text = find_file(name).read_text(encoding="utf-8")
+        out.print(text, end="", markup=False, highlight=False, soft_wrap=True)
+
+
+@app.command()
+def schema() -> None:
+    """Prints the JSON schema of scenario files, for editors."""
+    from palanquin.sim.scenarios import Scenario
+
+    out.print_json(json.dumps(Scenario.model_json_schema()))
+
+
+@app.command()
+def check(name: Source) -> None:
+    """Says in words what is wrong with a scenario, by file and line where it can.
+
+    Exit status: 0 nothing is wrong, 2 something is.
+    """
+    from palanquin.sim.scenarios import open_scenario
+
+    with reported_errors():
+        scenario = open_scenario(name)
+    out.print(f"{name} is a valid scenario: {scenario.summary}", markup=False, highlight=False)

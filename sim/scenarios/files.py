@@ -1,0 +1,87 @@
+"""Scenario files: YAML 1.2 (and so JSON), with faults by file and line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+from palanquin import schema
+from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.scenario import Scenario
+
+
+class ScenarioError(InputError):
+    """A scenario file that cannot be used; one line per fault: `FILE:LINE: field: message`."""
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """Reads a scenario; raises ScenarioError that lists every fault."""
+    path = Path(path)
+    document = _parse(path)
+    data = _plain(path, document)
+    if not isinstance(data, dict):
+        raise ScenarioError(f"{path}: a mapping with keys such as `robots` is needed")
+    data.setdefault("name", path.stem)
+    try:
+        return Scenario.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        lines = [
+            f"{path}:{line_of(document, where)}: "
+            + (f"{schema.dotted(where)}: {message}" if where else message)
+            for where, message in schema.faults(error, data)
+        ]
+        raise ScenarioError("\n".join(lines)) from error
+
+
+def line_of(document: Any, path: schema.Path) -> int:
+    """The line, from 1, on which what `path` names begins, or the nearest thing around it."""
+    line = 1
+    for step in path:
+        if not isinstance(document, CommentedMap | CommentedSeq):
+            break
+        if isinstance(document, CommentedMap) and step not in document:
+            break
+        is_map = isinstance(document, CommentedMap)
+        line = 1 + (document.lc.key(step) if is_map else document.lc.item(step))[0]
+        document = document[step]
+    return line
+
+
+def _parse(path: Path) -> Any:
+    try:
+        return YAML(typ="rt").load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror or error}") from error
+    except UnicodeDecodeError as error:
+        raise ScenarioError(f"{path} is not a text file in UTF-8: {error.reason}") from error
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        what = " ".join(filter(None, (error.context, error.problem)))
+        raise ScenarioError(f"{path}:{line}: not YAML: {what}") from error
+    except (YAMLError, ValueError, RecursionError) as error:
+        reason = str(error).splitlines() or ["it is nested too deeply"]
+        raise ScenarioError(f"{path}: not YAML: {reason[0]}") from error
+
+
+def _plain(path: Path, document: Any) -> Any:
+    try:
+        return _copy(document)
+    except RecursionError as error:
+        raise ScenarioError(f"{path}: a value refers to itself, or is nested too deeply") from error
+
+
+def _copy(value: Any) -> Any:
+    """Plain dicts, lists, numbers and strings instead of the parser's own."""
+    if isinstance(value, dict):
+        return {str(key): _copy(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_copy(entry) for entry in value]
+    for kind in (bool, int, float, str):
+        if isinstance(value, kind):
+            return kind(value)
+    return value

@@ -1,0 +1,115 @@
+"""Settings of the planner in scenarios."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, Field
+
+from palanquin._core import qp_solver_names
+from palanquin.policies import Penalty
+from palanquin.problems.clm.build import FAMILIES
+from palanquin.problems.modules.weights import TABLE_I, Weights
+from palanquin.schema import NonNegative, Positive, Strict
+from palanquin.sim.scenarios.vectors import Vector
+
+
+def _require_no_negative(vector: tuple[float, ...]) -> tuple[float, ...]:
+    if min(vector) < 0:
+        raise ValueError(f"is {list(vector)}; no entry may be negative")
+    return vector
+
+
+def _require_back_end(name: str) -> str:
+    if name not in qp_solver_names():
+        raise ValueError(f"is {name!r}; there are {', '.join(qp_solver_names())}")
+    return name
+
+
+BackEnd = Annotated[
+    str, AfterValidator(_require_back_end), Field(json_schema_extra={"enum": qp_solver_names()})
+]
+Diagonal = Annotated[Vector, AfterValidator(_require_no_negative)]
+
+
+def _triple(vector: Sequence[float]) -> tuple[float, float, float]:
+    x, y, z = vector
+    return (x, y, z)
+
+
+class WeightSettings(Strict):
+    """Weights of the costs (12) and (13); Table I's unless told."""
+
+    position: Diagonal = Field(_triple(TABLE_I.position), description="W_p, 1/m^2, world axes")
+    orientation: NonNegative = Field(TABLE_I.orientation, description="w_q")
+    velocity: Diagonal = Field(_triple(TABLE_I.velocity), description="W_v, s^2/m^2, world axes")
+    angular_velocity: Diagonal = Field(
+        _triple(TABLE_I.angular_velocity), description="W_Omega, s^2/rad^2, body axes"
+    )
+    foothold: Diagonal = Field(_triple(TABLE_I.foothold), description="W_r, 1/m^2, world axes")
+    force: Diagonal = Field(_triple(TABLE_I.force), description="W_f, 1/N^2, world axes")
+    torque: Diagonal = Field(_triple(TABLE_I.torque), description="W_tau, 1/(N m)^2, world axes")
+    payload: NonNegative = Field(TABLE_I.payload, description="w^0, of the payload's tracking")
+    terminal: NonNegative = Field(TABLE_I.terminal, description="w_N, of the last knot")
+
+    def weights(self) -> Weights:
+        """The weights as the problem takes them."""
+        return Weights(**dict(self))
+
+
+class PenaltySettings(Strict):
+    """The penalty (15) of an inequality family; rows in m, forces in 100 N."""
+
+    stiffness: Positive = Field(description="K")
+    smoothing: Positive = Field(1e-3, description="eps, in the rows' unit")
+
+    def policy(self) -> Penalty:
+        """The penalty as solvers take it."""
+        return Penalty(stiffness=self.stiffness, smoothing=self.smoothing)
+
+
+def _require_families(penalties: dict[str, PenaltySettings]) -> dict[str, PenaltySettings]:
+    unknown = sorted(set(penalties) - set(FAMILIES))
+    if unknown:
+        raise ValueError(f"unknown family {', '.join(unknown)}; there are {', '.join(FAMILIES)}")
+    return penalties
+
+
+class PlannerSettings(Strict):
+    """How the motion is planned."""
+
+    horizon: Annotated[int, Field(ge=1, le=200)] = Field(15, description="number N of intervals")
+    dt: Positive = Field(1 / 30, description="length of an interval, s")
+    rate: Annotated[float, Field(ge=1, le=1000)] = Field(30.0, description="plans a second, Hz")
+    iterations: Annotated[int, Field(ge=1, le=100)] = Field(1, description="SQP iterations a plan")
+    # Rows of several feet that land at once take more inner iterations to settle than the engine's
+    # default: a crawl of two broke the friction cone by up to 72 N with 3, 6 N with 6.
+    inner_iterations: Annotated[int, Field(ge=1, le=100)] = Field(
+        6, description="semismooth Newton iterations of a subproblem at most"
+    )
+    qp: BackEnd = Field("structured", description="back end of the subproblem")
+    threads: Annotated[int, Field(ge=1, le=64)] = Field(1, description="for the linearisation")
+    candidates: Annotated[int, Field(ge=1, le=64)] = Field(
+        1, description="choices of footholds solved side by side"
+    )
+    friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
+    weights: WeightSettings = WeightSettings()
+    penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(
+        {}, description=f"by family of inequalities: {', '.join(FAMILIES)}"
+    )
+
+    @property
+    def period(self) -> float:
+        """Between two plans, s."""
+        return 1 / self.rate
+
+    def options(self) -> dict[str, Any]:
+        """As options of `clm.Planner`."""
+        return {
+            "candidates": self.candidates,
+            "qp": self.qp,
+            "threads": self.threads,
+            "max_iterations": self.iterations,
+            "subproblem": {"max_inner_iterations": self.inner_iterations},
+        }
