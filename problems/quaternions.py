@@ -42,6 +42,17 @@ def rotate_inverse(q: np.ndarray, v: np.ndarray) -> np.ndarray:
     return rotate(conjugate(q), v)
 
 
+def matrix(q: np.ndarray) -> np.ndarray:
+    """Rotation matrices [..., 3, 3], whose columns are the body's axes in the world frame."""
+    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
 def from_yaw(yaw: np.ndarray | float) -> np.ndarray:
     """Rotation by `yaw` radians about z."""
     half = np.asarray(yaw, dtype=float)[..., None] / 2
@@ -55,6 +66,15 @@ def from_rotation_vector(v: np.ndarray) -> np.ndarray:
     angle = np.linalg.norm(v, axis=-1, keepdims=True)
     # sinc handles the zero angle: sin(t/2)/t = sinc(t / 2 pi) / 2.
     return np.concatenate([np.cos(angle / 2), v * np.sinc(angle / (2 * np.pi)) / 2], axis=-1)
+
+
+def rotation_vector(q: np.ndarray) -> np.ndarray:
+    """log(q): the rotation vectors, in radians, of at most half a turn."""
+    q = np.asarray(q, dtype=float)
+    q = np.where(q[..., :1] < 0, -q, q)
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, q[..., :1])
+    return 2 * q[..., 1:] / np.sinc(angle / (2 * np.pi))
 
 
 def tilt_to(normal: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ exponential overflows far below the ramp and its derivative is then undefined.
 from __future__ import annotations
 
 import abc
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,6 +33,11 @@ class Terrain(abc.ABC):
     def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
         """z_g at the symbols x, y, given symbols of `parameters`."""
 
+    @property
+    def is_plane(self) -> bool:
+        """Whether the slope is the same everywhere, as far as one knows."""
+        return False
+
     @cached_property
     def _function(self) -> ca.Function:
         xy = ca.SX.sym("xy", 2)
@@ -50,6 +56,11 @@ class Terrain(abc.ABC):
         x, y = np.broadcast_arrays(x, y)
         _, slope = self._function(np.stack([x.ravel(), y.ravel()]))
         return np.asarray(slope).T.reshape(*x.shape, 2)
+
+    def slope(self, x: float, y: float) -> tuple[float, float]:
+        """(dz/dx, dz/dy) at one point."""
+        sx, sy = self.gradient(x, y).tolist()
+        return sx, sy
 
     def normal(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
         """Unit normal n_g, upwards, shape [..., 3]."""
@@ -73,6 +84,12 @@ class PlaneWithRamp(Terrain):
     def parameters(self) -> Mapping[str, np.ndarray]:
         """`plane` and `ramp`."""
         return {"plane": np.array(self.plane), "ramp": np.array(self.ramp)}
+
+    @property
+    def is_plane(self) -> bool:
+        """Whether there is no ramp."""
+        height, rate, _ = self.ramp
+        return height * rate == 0
 
     def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
         """The equation on top."""
@@ -98,6 +115,12 @@ class PlaneWithRamp(Terrain):
         slope[..., 0] = ax + height * rate / 4 * (1 - np.tanh(rate / 2 * (x - xg)) ** 2)
         slope[..., 1] = ay
         return slope
+
+    def slope(self, x: float, y: float) -> tuple[float, float]:
+        """(dz/dx, dz/dy) at one point."""
+        _, ax, ay = self.plane
+        height, rate, xg = self.ramp
+        return ax + height * rate / 4 * (1 - math.tanh(rate / 2 * (x - xg)) ** 2), ay
 
 
 def Flat(z0: float = 0.0) -> PlaneWithRamp:  # noqa: N802  (reads as the terrain's name)

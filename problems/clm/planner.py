@@ -22,6 +22,7 @@ from palanquin.problems.clm.landing import clear_feet, landings, mid_stance_feet
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.references import (
     References,
+    RobotReferences,
     Velocity,
     make_references,
     nominal_state,
@@ -121,6 +122,8 @@ class Planner:
         candidates: how many choices of sides of the ditches are solved side by side every period;
             the first is the last plan's own. One is enough where every foot may take the nearer
             way out of a ditch.
+        references: "ground" has each robot follow the ground below it, within its legs' reach,
+            "rigid" the whole team move as one body, as in the paper (14).
         team: what the problem was built for; read from its grasps unless told, with the payload at
             the height at which the first robot stands nominally.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
@@ -137,6 +140,7 @@ class Planner:
         terrain: Terrain | None = None,
         ditches: ArrayLike = (),
         candidates: int = 1,
+        references: RobotReferences = "ground",
         team: Team | None = None,
         **options: Any,
     ) -> None:
@@ -159,6 +163,7 @@ class Planner:
         self.candidates = (
             Candidates(self.lowered, candidates, **options) if candidates > 1 else None
         )
+        self._robot_references = references
         self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
         self.reference = np.zeros(3)  # payload's x, y, yaw
         self._start = 0.0  # when the first plan was made
@@ -169,7 +174,12 @@ class Planner:
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
         return TeamState(
-            *nominal_state(self.team, self.terrain, self.reference if start is None else start)
+            *nominal_state(
+                self.team,
+                self.terrain,
+                self.reference if start is None else start,
+                self._robot_references,
+            )
         )
 
     def contacts(self, times: np.ndarray) -> np.ndarray:
@@ -213,7 +223,13 @@ class Planner:
         start = clock.perf_counter()
         elapsed = self._advance_reference(time, command)
         references = make_references(
-            self.team, self.terrain, self.reference, command, self.horizon, self.dt
+            self.team,
+            self.terrain,
+            self.reference,
+            command,
+            self.horizon,
+            self.dt,
+            self._robot_references,
         )
         now = _Instant(time, references, *self._contacts(time), state.feet)
         set_references(self.params, self.team, references)

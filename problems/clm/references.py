@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 
+from palanquin.errors import ProblemError
 from palanquin.problems import checks, quaternions
+from palanquin.problems.clm.ground_following import follow_ground
 from palanquin.problems.clm.team import Team
 from palanquin.problems.terrains import Terrain
 
@@ -24,6 +27,11 @@ PARTS = {
     "velocity": VELOCITY,
     "angular_velocity": ANGULAR_VELOCITY,
 }
+
+
+RobotReferences = Literal["rigid", "ground"]
+"""How robots' references follow from the payload's: as one rigid body with it, which is (14) of the
+paper, or each over its own ground, see `follow_ground`."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +77,7 @@ def make_references(
     command: Velocity,
     horizon: int,
     dt: float,
+    robots: RobotReferences = "rigid",
 ) -> References:
     """References of all bodies and feet.
 
@@ -79,32 +88,34 @@ def make_references(
         command: velocity command, constant over the horizon.
         horizon: number N of intervals.
         dt: their length, s.
+        robots: how their references follow from the payload's.
     """
-    payload = payload_reference(terrain, team.payload.height, start, command, horizon, dt)
-    robots = robot_references(team, payload)
+    if robots not in get_args(RobotReferences):
+        known = ", ".join(get_args(RobotReferences))
+        raise ProblemError(f"references of robots are {robots!r}; they must be one of {known}")
+    path = payload_path(terrain, start, command, horizon + 1, dt)
+    payload = payload_reference(terrain, team.payload.height, path, command)
+    states = robot_references(team, payload)
+    if robots == "ground" and not terrain.is_plane:
+        states = _over_own_ground(team, terrain, states, path[:, 2], dt)
+    payload, states = payload[:-1], states[:-1]
     return References(
-        bodies=np.concatenate([payload[:, None], robots], axis=1),
-        footholds=foothold_references(team, robots, terrain),
+        bodies=np.concatenate([payload[:, None], states], axis=1),
+        footholds=foothold_references(team, states, terrain),
     )
 
 
 def payload_reference(
-    terrain: Terrain,
-    height: float,
-    start: np.ndarray,
-    command: Velocity,
-    horizon: int,
-    dt: float,
+    terrain: Terrain, height: float, path: np.ndarray, command: Velocity
 ) -> np.ndarray:
-    """Payload states [N+1, 13]: a planar command followed along the ground.
+    """Payload states [n, 13] along a path of (x, y, yaw) [n, 3] that follows a planar command.
 
     The heading frame is tilted onto the tangent plane below the payload, and z is `height` over
     the ground.
     """
-    path = payload_path(terrain, start, command, horizon, dt)
     x, y, yaw = path.T
     tilt = quaternions.tilt_to(terrain.normal(x, y))
-    states = np.zeros((horizon + 1, STATE))
+    states = np.zeros((len(path), STATE))
     states[:, 0], states[:, 1], states[:, 2] = x, y, terrain.height(x, y) + height
     states[:, ORIENTATION] = quaternions.multiply(tilt, quaternions.from_yaw(yaw))
     planar = np.array([command.vx, command.vy, 0.0])
@@ -128,7 +139,7 @@ def payload_path(
         knot[:] = x, y, yaw
         cos, sin = math.cos(yaw), math.sin(yaw)
         cx, cy = cos * command.vx - sin * command.vy, sin * command.vx + cos * command.vy
-        sx, sy = terrain.gradient(x, y)
+        sx, sy = terrain.slope(x, y)
         length = math.sqrt(1 + sx * sx + sy * sy)
         along = (sx * cx + sy * cy) / (length * (1 + length))
         x, y, yaw = x + dt * (cx - along * sx), y + dt * (cy - along * sy), yaw + dt * command.wz
@@ -141,27 +152,51 @@ def robot_references(team: Team, payload: np.ndarray) -> np.ndarray:
     As printed, (14b) adds the world velocity of the hand to a vector of mixed frames. The rigid
     motion that the text describes is v_i* = v_0* + (q_0* Omega_0*) x (p_i* - p_0*).
     """
+    formation = team.formation
+    axes = quaternions.matrix(payload[:, ORIENTATION])
+    from_payload = formation.offsets @ axes.swapaxes(-1, -2)
+    spin = (axes @ payload[:, ANGULAR_VELOCITY, None]).swapaxes(-1, -2)
     payload = payload[:, None]
-    yaw = quaternions.from_yaw(np.array([carrier.yaw for carrier in team.carriers]))
-    orientation = quaternions.multiply(payload[..., ORIENTATION], yaw)
-    grasp = quaternions.rotate(payload[..., ORIENTATION], team.attach())
-    from_payload = grasp - quaternions.rotate(orientation, team.hands())
-    spin = quaternions.rotate(payload[..., ORIENTATION], payload[..., ANGULAR_VELOCITY])
-    position = payload[..., POSITION] + from_payload  # (14a)
-    velocity = payload[..., VELOCITY] + quaternions.cross(spin, from_payload)  # (14b), mended
-    angular_velocity = quaternions.rotate_inverse(orientation, spin)  # (14c)
-    return np.concatenate([position, orientation, velocity, angular_velocity], axis=-1)
+    states = np.empty((len(payload), len(team.carriers), STATE))
+    states[..., POSITION] = payload[..., POSITION] + from_payload  # (14a)
+    states[..., ORIENTATION] = quaternions.multiply(payload[..., ORIENTATION], formation.turns)
+    states[..., VELOCITY] = payload[..., VELOCITY] + quaternions.cross(spin, from_payload)  # (14b)
+    states[..., ANGULAR_VELOCITY] = quaternions.rotate_inverse(  # (14c)
+        formation.turns, payload[..., ANGULAR_VELOCITY]
+    )
+    return states
+
+
+def _over_own_ground(
+    team: Team, terrain: Terrain, robots: np.ndarray, yaw: np.ndarray, dt: float
+) -> np.ndarray:
+    """Robots' states [n, R, 13] moved by `follow_ground`; velocities take each to the next knot.
+
+    The last knot has no next one, and keeps its velocities.
+    """
+    position, orientation = follow_ground(
+        team, terrain, robots[..., POSITION], robots[..., ORIENTATION], yaw
+    )
+    turned = quaternions.multiply(quaternions.conjugate(orientation[:-1]), orientation[1:])
+    moved = robots.copy()
+    moved[..., POSITION], moved[..., ORIENTATION] = position, orientation
+    moved[:-1, :, VELOCITY] = np.diff(position, axis=0) / dt
+    moved[:-1, :, ANGULAR_VELOCITY] = quaternions.rotation_vector(turned) / dt
+    return moved
 
 
 def foothold_references(team: Team, robots: np.ndarray, terrain: Terrain) -> np.ndarray:
     """Footholds r_f* [N+1, R, 4, 3]: hips of the reference pose, projected down to the ground."""
-    footholds = quaternions.rotate(robots[..., None, ORIENTATION], team.hips())
+    axes = quaternions.matrix(robots[..., ORIENTATION])
+    footholds = team.formation.hips @ axes.swapaxes(-1, -2)
     hips = robots[..., None, POSITION] + footholds
     footholds[..., 2] = terrain.height(hips[..., 0], hips[..., 1]) - robots[..., None, 2]
     return footholds
 
 
-def nominal_state(team: Team, terrain: Terrain, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def nominal_state(
+    team: Team, terrain: Terrain, start: np.ndarray, robots: RobotReferences = "rigid"
+) -> tuple[np.ndarray, np.ndarray]:
     """Standing still at payload pose (x, y, yaw): states [R+1, 13], feet in the world [R, 4, 3]."""
-    references = make_references(team, terrain, start, Velocity(), horizon=0, dt=1.0)
+    references = make_references(team, terrain, start, Velocity(), 0, 1.0, robots)
     return references.bodies[0], references.feet()[0]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from palanquin.errors import ProblemError
 from palanquin.problem import Problem
 from palanquin.problems import checks
+from palanquin.problems.clm.formation import Formation
 from palanquin.problems.gaits import Gait, trot
 from palanquin.problems.modules.grasp import Hand
 from palanquin.problems.robots import LAIKAGO, SingleRigidBody
@@ -126,14 +128,24 @@ class Team:
         )
         return Team(payload, carriers)
 
+    @cached_property
+    def formation(self) -> Formation:
+        """Where the robots stand around the payload."""
+        return Formation.of(
+            attach=[carrier.attach for carrier in self.carriers],
+            hands=[carrier.model.hand for carrier in self.carriers],
+            hips=[carrier.model.hips for carrier in self.carriers],
+            yaws=[carrier.yaw for carrier in self.carriers],
+        )
+
     def attach(self) -> np.ndarray:
         """Grasp points in the payload's frame, m, [R, 3]."""
-        return np.array([carrier.attach for carrier in self.carriers])
+        return self.formation.attach
 
     def hands(self) -> np.ndarray:
         """Default hand positions in the robots' frames, m, [R, 3]."""
-        return np.array([carrier.model.hand for carrier in self.carriers])
+        return self.formation.hands
 
     def hips(self) -> np.ndarray:
         """Hips in the robots' frames, m, [R, 4, 3]."""
-        return np.array([carrier.model.hips for carrier in self.carriers])
+        return self.formation.hips

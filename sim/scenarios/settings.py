@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field
 from palanquin._core import qp_solver_names
 from palanquin.policies import Penalty
 from palanquin.problems.clm.build import FAMILIES
+from palanquin.problems.clm.references import RobotReferences
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.schema import NonNegative, Positive, Strict
 from palanquin.sim.scenarios.vectors import Vector
@@ -93,6 +94,10 @@ class PlannerSettings(Strict):
     candidates: Annotated[int, Field(ge=1, le=64)] = Field(
         1, description="choices of footholds solved side by side"
     )
+    references: RobotReferences = Field(
+        "ground",
+        description="robots over their own ground, or rigid with the payload as in the paper",
+    )
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(
@@ -108,6 +113,7 @@ class PlannerSettings(Strict):
         """As options of `clm.Planner`."""
         return {
             "candidates": self.candidates,
+            "references": self.references,
             "qp": self.qp,
             "threads": self.threads,
             "max_iterations": self.iterations,
