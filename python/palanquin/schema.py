@@ -27,7 +27,9 @@ Path = tuple[str | int, ...]
 class Strict(BaseModel):
     """A part of a file: no conversion of types, no unknown keys, no change once it is made."""
 
-    model_config = ConfigDict(strict=True, frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        strict=True, frozen=True, extra="forbid", arbitrary_types_allowed=True
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -45,6 +47,8 @@ class Strict(BaseModel):
 def faults(error: ValidationError, data: Any) -> Iterator[tuple[Path, str]]:
     """Place and message of every fault that `error` found in `data`."""
     for fault in error.errors():
+        if fault["type"] == "too_short" and len(fault["input"]) >= fault["ctx"]["min_length"]:
+            continue  # of a list with faults of their own in its entries
         path = _path_in(data, fault["loc"], is_missing=fault["type"] == "missing")
         yield path, _message(fault)
 

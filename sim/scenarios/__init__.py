@@ -1,6 +1,6 @@
 """Scenarios: runs as data. Files are read by `open_scenario`; `Scenario` is what they hold."""
 
-from palanquin.sim.scenarios.files import ScenarioError, load_scenario
+from palanquin.sim.scenarios.files import ScenarioError, ScenarioFile, load_scenario
 from palanquin.sim.scenarios.library import SHIPPED, find_file, open_scenario
 from palanquin.sim.scenarios.lineup import with_robots
 from palanquin.sim.scenarios.scenario import Scenario
@@ -10,6 +10,7 @@ __all__ = [
     "SHIPPED",
     "Scenario",
     "ScenarioError",
+    "ScenarioFile",
     "disturbed",
     "find_file",
     "load_scenario",

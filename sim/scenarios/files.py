@@ -19,35 +19,50 @@ class ScenarioError(InputError):
     """A scenario file that cannot be used; one line per fault: `FILE:LINE: field: message`."""
 
 
+class ScenarioFile:
+    """A parsed scenario file: its scenario, and where in it each field stands.
+
+    Raises ScenarioError unless the file is YAML with a mapping.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = Path(path)
+        self._document = _parse(self._path)
+        data = _plain(self._path, self._document)
+        if not isinstance(data, dict):
+            raise ScenarioError(f"{path}: a mapping with keys such as `robots` is needed")
+        self._data = {"name": self._path.stem, **data}
+
+    def scenario(self) -> Scenario:
+        """The scenario; raises ScenarioError that lists every fault."""
+        try:
+            return Scenario.model_validate(self._data, context={"folder": self._path.parent})
+        except ValidationError as error:
+            found = schema.faults(error, self._data)
+            lines = [self.described(where, message) for where, message in found]
+            raise ScenarioError("\n".join(lines)) from error
+
+    def described(self, path: schema.Path, message: str) -> str:
+        """`FILE:LINE: field: message` for a fault at `path`."""
+        field = f"{schema.dotted(path)}: " if path else ""
+        return f"{self._path}:{line_of(self._document, path)}: {field}{message}"
+
+
 def load_scenario(path: str | Path) -> Scenario:
     """Reads a scenario; raises ScenarioError that lists every fault."""
-    path = Path(path)
-    document = _parse(path)
-    data = _plain(path, document)
-    if not isinstance(data, dict):
-        raise ScenarioError(f"{path}: a mapping with keys such as `robots` is needed")
-    data.setdefault("name", path.stem)
-    try:
-        return Scenario.model_validate(data, context={"folder": path.parent})
-    except ValidationError as error:
-        lines = [
-            f"{path}:{line_of(document, where)}: "
-            + (f"{schema.dotted(where)}: {message}" if where else message)
-            for where, message in schema.faults(error, data)
-        ]
-        raise ScenarioError("\n".join(lines)) from error
+    return ScenarioFile(path).scenario()
 
 
 def line_of(document: Any, path: schema.Path) -> int:
     """The line, from 1, on which what `path` names begins, or the nearest thing around it."""
     line = 1
     for step in path:
-        if not isinstance(document, CommentedMap | CommentedSeq):
+        if isinstance(document, CommentedMap) and step in document:
+            line = 1 + document.lc.key(step)[0]
+        elif isinstance(document, CommentedSeq) and isinstance(step, int) and step < len(document):
+            line = 1 + document.lc.item(step)[0]
+        else:
             break
-        if isinstance(document, CommentedMap) and step not in document:
-            break
-        is_map = isinstance(document, CommentedMap)
-        line = 1 + (document.lc.key(step) if is_map else document.lc.item(step))[0]
         document = document[step]
     return line
 

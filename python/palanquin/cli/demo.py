@@ -100,7 +100,7 @@ def demo(
     """
     with reported_errors():
         from palanquin.cli.demo_files import DemoFiles
-        from palanquin.cli.demo_scenario import overridden, settings_of
+        from palanquin.cli.demo_scenario import overridden, require_possible, settings_of
         from palanquin.sim.closed_loop import number_of_ticks
         from palanquin.sim.kinematic import track
         from palanquin.sim.outcome import outcome
@@ -118,6 +118,7 @@ def demo(
             rate=rate,
             qp=qp,
         )
+        require_possible(scenario)
         scenario.check_tracking(tracking.value)
         files = DemoFiles.prepare(scenario.name, out_folder, rrd, json_file, video)
         out.print(scenario.summary, markup=False)

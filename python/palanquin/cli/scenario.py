@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from palanquin.cli.console import out, reported_errors
+from palanquin.cli.console import BAD_INPUT, err, out, reported_errors
 
 app = typer.Typer(help="Scenarios: what they are, and whether a file is one.", no_args_is_help=True)
 
@@ -47,12 +47,22 @@ def schema() -> None:
 
 @app.command()
 def check(name: Source) -> None:
-    """Says in words what is wrong with a scenario, by file and line where it can.
+    """Says in words what is wrong with a scenario, by file and line where it can: values of the
+    wrong kind, and what cannot be, such as a payload out of reach or a slope over the friction
+    limit.
 
-    Exit status: 0 nothing is wrong, 2 something is.
+    Exit status: 0 it can be run, perhaps with warnings; 2 it cannot.
     """
-    from palanquin.sim.scenarios import open_scenario
+    from palanquin.sim.feasibility import findings
+    from palanquin.sim.scenarios import ScenarioFile, find_file
 
     with reported_errors():
-        scenario = open_scenario(name)
-    out.print(f"{name} is a valid scenario: {scenario.summary}", markup=False, highlight=False)
+        file = ScenarioFile(find_file(name))
+        found = findings(file.scenario())
+    for finding in found:
+        kind = "error" if finding.is_error else "warning"
+        line = file.described(finding.path, finding.message)
+        err.print(f"{kind}: {line}", markup=False, highlight=False)
+    if any(finding.is_error for finding in found):
+        raise typer.Exit(BAD_INPUT)
+    out.print(f"{name}: nothing speaks against it", markup=False, highlight=False, soft_wrap=True)

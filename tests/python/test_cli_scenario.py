@@ -1,0 +1,72 @@
+"""`palanquin scenario`: what it lists, prints and finds, and its exit status."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from palanquin.cli import app
+from palanquin.sim.scenarios import SHIPPED, open_scenario
+
+
+def run(*arguments):
+    result = CliRunner().invoke(app, ["scenario", *map(str, arguments)])
+    return result.exit_code, result.output
+
+
+def test_all_shipped_scenarios_are_listed():
+    status, output = run("list")
+    assert status == 0
+    assert all(name in output for name in SHIPPED)
+    assert "16 kg beam" in output
+
+
+def test_a_shown_scenario_is_a_scenario_file(tmp_path):
+    status, text = run("show", "team4")
+    assert status == 0
+    path = tmp_path / "team4.yaml"
+    path.write_text(text)
+    assert open_scenario(str(path)) == open_scenario("team4")
+    assert run("check", path) == (0, f"{path}: nothing speaks against it\n")
+
+
+def test_the_schema_describes_every_field():
+    status, text = run("schema")
+    assert status == 0
+    schema = json.loads(text)
+    assert {"robots", "payload", "terrain", "command", "pushes"} <= set(schema["properties"])
+    assert schema["additionalProperties"] is False
+    assert schema["required"] == ["name", "robots", "command"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "status", "message"),
+    [
+        ("mass: 24", "mas: 24", 2, "mine.yaml:7: payload: unknown key 'mas'"),
+        ("[-0.3, -0.5, 0]", "[-0.3, 0.46, 0]", 2, "mine.yaml:4: robots[1].attach: grasp points"),
+        ("mass: 24", "mass: 80", 0, "warning: mine.yaml:7: payload.mass: 80 kg among 4"),
+    ],
+)
+def test_check_explains_what_is_wrong(tmp_path, monkeypatch, old, new, status, message):
+    monkeypatch.chdir(tmp_path)
+    text = run("show", "team4")[1]
+    assert old in text
+    (tmp_path / "mine.yaml").write_text(text.replace(old, new))
+    exit_code, output = run("check", "mine.yaml")
+    assert exit_code == status
+    assert message in output
+
+
+def test_unknown_scenarios_are_refused():
+    for command in ("check", "show"):
+        status, output = run(command, "fly")
+        assert status == 2
+        assert "scenario: 'fly' is not known; known are ditch" in output
+
+
+def test_what_cannot_be_is_not_run(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(run("show", "trot")[1].replace("[0, -0.6, 0]", "[0, 0.4, 0]"))
+    result = CliRunner().invoke(app, ["demo", str(path), "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "this cannot be: robots[1].attach: right would stand in left" in result.output
