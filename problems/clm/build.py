@@ -20,7 +20,7 @@ def build_clm(
     dt: float = 1 / 30,
     terrain: Terrain | None = None,
     friction: float = 0.8,
-    ditches: int = 0,
+    ditches: int | m.Ditches = 0,
     weights: Weights = TABLE_I,
 ) -> Problem:
     """The optimal control problem of a team that carries a payload.
@@ -34,7 +34,7 @@ def build_clm(
         dt: their length, s.
         terrain: height map; flat at z = 0 by default.
         friction: static friction coefficient mu.
-        ditches: how many ditches the problem can hold.
+        ditches: how many ditches the problem can hold, or their module with its settings.
         weights: of the costs.
     """
     problem = Problem(horizon, dt, name=f"clm{len(team.carriers)}")
@@ -47,7 +47,7 @@ def build_clm(
         problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw))
     problem.add(m.Terrain(terrain, friction))
     if ditches:
-        problem.add(m.Ditches(ditches))
+        problem.add(m.Ditches(ditches) if isinstance(ditches, int) else ditches)
     return problem
 
 
