@@ -50,6 +50,16 @@ class Gait:
         duty = np.array(self.duty)
         return (np.mod(since_touchdown, 1.0) < duty) | (duty == 1.0)
 
+    def stances(self, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """When the stance that holds at `phase` [n] or comes next begins and ends, seconds from
+        there, each [n, 4]. One that never ends is as long as a cycle, half of it past.
+        """
+        duty = np.array(self.duty)
+        since = np.mod(np.asarray(phase)[:, None] + _LATE - np.array(self.offset), 1.0)
+        begin = np.where(since < duty, -since, 1.0 - since)
+        begin = np.where(duty == 1.0, -0.5, begin)
+        return self.period * begin, self.period * (begin + duty)
+
 
 def stand(period: float = 0.5) -> Gait:
     """All feet stand; the period only says when a change of gait may begin."""
@@ -154,6 +164,20 @@ class GaitClock:
             at, gait = segments == i, self._gaits[i]
             flags[at] = gait.stands(self._phases[i] + (times[at] - self._starts[i]) / gait.period)
         return flags
+
+    def stances(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Begin and end, s, of the stance that holds at each of `times` [n] or comes next, [n, 4].
+
+        The gait of that time is taken to go on: changes planned for later do not count.
+        """
+        times = np.asarray(times, dtype=float)
+        segments = self._segments(times)
+        begin, end = np.empty((len(times), 4)), np.empty((len(times), 4))
+        for i in set(segments.tolist()):
+            at, gait = segments == i, self._gaits[i]
+            phase = self._phases[i] + (times[at] - self._starts[i]) / gait.period
+            begin[at], end[at] = (times[at, None] + part for part in gait.stances(phase))
+        return begin, end
 
     def _segment(self, time: float) -> int:
         return int(self._segments(np.array([time]))[0])

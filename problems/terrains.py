@@ -31,7 +31,39 @@ class Terrain(abc.ABC):
 
     @abc.abstractmethod
     def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
-        """z_g at the symbols x, y, given symbols of `parameters`."""
+        """z_g at the symbols x, y, given symbols of `parameters` and `local_parameters`."""
+
+    @property
+    def trend(self) -> Terrain:
+        """The ground as bodies follow it: the terrain itself unless it is rough."""
+        return self
+
+    # A foot may see more of the ground than one expression says: a patch of a large map, or the one
+    # of many areas that was chosen for it. What describes that patch are run-time parameters of
+    # each foot and knot, which a planner sets around the footholds that it starts from.
+
+    def local_parameters(self) -> Mapping[str, tuple[int, ...]]:
+        """Shapes of the parameters that describe the ground around one foothold; none here."""
+        return {}
+
+    def around(self, points: np.ndarray) -> Mapping[str, np.ndarray]:
+        """Values of `local_parameters` around footholds [..., 3] in the world, [..., *shape]."""
+        return {}
+
+    @property
+    def has_gaps(self) -> bool:
+        """Whether there are places where no foot may stand."""
+        return False
+
+    def nearest(self, points: np.ndarray) -> np.ndarray:
+        """Footholds nearest to `points` [..., 3], of the same shape: here those below them."""
+        return np.concatenate(
+            [points[..., :2], self.height(points[..., 0], points[..., 1])[..., None]], axis=-1
+        )
+
+    def options(self, wanted: np.ndarray) -> np.ndarray:
+        """Footholds [n, 3] to choose from when `wanted` [3] is wanted, the nearest first."""
+        return self.nearest(wanted)[None]
 
     @property
     def is_plane(self) -> bool:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from palanquin.problems.clm.clear_ground import nearest_clear
 from palanquin.problems.clm.references import VELOCITY, References
 from palanquin.problems.terrains import Terrain
 
@@ -41,9 +40,3 @@ def mid_stance_feet(
     feet[..., :2] += np.where(landing, stance / 2, 0.0)[..., None] * velocity[..., :2]
     feet[..., 2] = terrain.height(feet[..., 0], feet[..., 1])
     return feet
-
-
-def clear_feet(feet: np.ndarray, lines: np.ndarray, terrain: Terrain) -> np.ndarray:
-    """Feet [..., 3] moved the shortest way out of ditches (a, b, c, d), [n, 4]."""
-    xy = nearest_clear(feet[..., :2].reshape(-1, 2), lines).reshape(*feet.shape[:-1], 2)
-    return np.concatenate([xy, terrain.height(xy[..., 0], xy[..., 1])[..., None]], axis=-1)

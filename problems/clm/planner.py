@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,11 +16,13 @@ from palanquin.plan import Plan, Sqp, Status
 from palanquin.policies import Policy
 from palanquin.problem import Problem
 from palanquin.problems import checks
-from palanquin.problems.clm.columns import Columns
+from palanquin.problems.clm.columns import Columns, GroundColumns
+from palanquin.problems.clm.footholds import raibert_footholds
 from palanquin.problems.clm.guess import carrying_forces, fill_guess, footholds
-from palanquin.problems.clm.landing import clear_feet, landings, mid_stance_feet
+from palanquin.problems.clm.landing import landings, mid_stance_feet
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.references import (
+    VELOCITY,
     References,
     RobotReferences,
     Velocity,
@@ -28,11 +30,14 @@ from palanquin.problems.clm.references import (
     nominal_state,
     payload_path,
 )
+from palanquin.problems.clm.standing_ground import StandingGround
 from palanquin.problems.clm.starts import foothold_starts
 from palanquin.problems.clm.team import Team
 from palanquin.problems.gaits import GaitClock
 from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.terrains import Flat, Terrain
+
+FootholdRule = Literal["hips", "raibert"]
 
 # Feet in the air push with less than this, N: in the paper's unreduced form their forces are
 # variables, which the solver leaves at some rounding error.
@@ -118,10 +123,12 @@ class Planner:
         problem: built from modules with grasps of a body called "payload", or by `build_clm`.
         terrain: the ground, of the kind that the problem was built with; flat unless told.
         ditches: lines (a, b, c, width) that feet must not step into, [n, 4], m; at most as many as
-            the problem was built for.
-        candidates: how many choices of sides of the ditches are solved side by side every period;
-            the first is the last plan's own. One is enough where every foot may take the nearer
-            way out of a ditch.
+            the problem was built for, whose own they are unless told.
+        candidates: how many choices of footholds (sides of ditches, areas) are solved side by side
+            every period; the first is the last plan's own. One is enough where every foot may take
+            the nearest.
+        footholds: reference footholds: "hips" projects the reference pose's hips at every knot, as
+            the paper does; "raibert" looks ahead, see `raibert_footholds`.
         references: "ground" has each robot follow the ground below it, within its legs' reach,
             "rigid" the whole team move as one body, as in the paper (14).
         team: what the problem was built for; read from its grasps unless told, with the payload at
@@ -140,24 +147,25 @@ class Planner:
         terrain: Terrain | None = None,
         ditches: ArrayLike = (),
         candidates: int = 1,
+        footholds: FootholdRule = "hips",
         references: RobotReferences = "ground",
         team: Team | None = None,
         **options: Any,
     ) -> None:
+        if footholds not in get_args(FootholdRule):
+            known = ", ".join(get_args(FootholdRule))
+            raise ProblemError(f"planner.footholds is {footholds!r}; it must be one of {known}")
         self.team = team or Team.of(problem)
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
         self.columns = Columns.of(self.lowered, self.team)
+        self.footholds = footholds
         self.horizon = self.lowered.horizon
         self.params = self.lowered.parameters()
         set_terrain(self.params, self.terrain)
+        self._surroundings = GroundColumns.of(self.lowered, self.team, self.terrain)
         self.dt = float(self.params["dt"][0])
-        self.ditches = np.asarray(ditches, dtype=float).reshape(-1, 4)
-        if len(self.ditches):
-            if "ditches" not in self.params:
-                raise ProblemError("ditches are given, but the problem was built for none")
-            at_most = self.params["ditches"].shape[1]
-            self.params["ditches"] = padded_lines(self.ditches, at_most)
+        self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
         options = {"max_iterations": 1, **options}
         self.sqp = Sqp(self.lowered, **options)
         self.candidates = (
@@ -170,6 +178,25 @@ class Planner:
         self._time: float | None = None
         self._command = Velocity()
         self._last: TeamPlan | None = None
+
+    def set_ditches(self, lines: ArrayLike) -> None:
+        """Takes other ditches (a, b, c, width) [n, 4], m; raises ProblemError for too many."""
+        self.ditches = np.asarray(lines, dtype=float).reshape(-1, 4)
+        if "ditches" in self.params:
+            at_most = self.params["ditches"].shape[1]
+            self.params["ditches"] = padded_lines(self.ditches, at_most)
+        elif len(self.ditches):
+            raise ProblemError("ditches are given, but the problem was built for none")
+        self._ground = StandingGround(self.terrain, self.ditches)
+
+    def _default_ditches(self) -> np.ndarray:
+        lines = self.params["ditches"][0] if "ditches" in self.params else np.empty((0, 4))
+        return lines[lines[:, 3] > 0]
+
+    def restart(self, reference: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Forgets the last plan and the time; the payload's reference starts at (x, y, yaw)."""
+        self.reference = checks.array("reference", reference, 3)
+        self._time, self._last = None, None
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
@@ -222,15 +249,7 @@ class Planner:
         """
         start = clock.perf_counter()
         elapsed = self._advance_reference(time, command)
-        references = make_references(
-            self.team,
-            self.terrain,
-            self.reference,
-            command,
-            self.horizon,
-            self.dt,
-            self._robot_references,
-        )
+        references = self._references(time, state, command)
         now = _Instant(time, references, *self._contacts(time), state.feet)
         set_references(self.params, self.team, references)
         set_contacts(self.params, self.team, now.contacts, now.before)
@@ -239,10 +258,11 @@ class Planner:
         measured.values[self.columns.feet] = state.feet
         guess = self._guess(now, elapsed)
         if self.candidates is None:
-            plan = self.sqp.solve(self.params, measured, guess)
+            plan = self.sqp.solve(self._around(guess), measured, guess)
         else:
-            guesses = self._sides(now, guess)
-            plan = self.candidates.solve(self.params, measured, guesses).plan
+            guesses = self._choices(now, guess)
+            around = [self._around(start) for start in guesses]
+            plan = self.candidates.solve(around, measured, guesses).plan
         solve_ms = 1e3 * (clock.perf_counter() - start)
         self._last = TeamPlan(plan, references, now.contacts, solve_ms, self.columns)
         return self._last
@@ -284,20 +304,46 @@ class Planner:
         flags = self.contacts(np.append(just_before, knots))
         return flags[1:], flags[0]
 
+    def _references(self, time: float, state: TeamState, command: Velocity) -> References:
+        """The reference motion over the horizon."""
+        references = make_references(
+            self.team,
+            self.terrain,
+            self.reference,
+            command,
+            self.horizon,
+            self.dt,
+            self._robot_references,
+        )
+        if self.footholds == "hips":
+            return references
+        robots = references.bodies[:, 1:]
+        times = time + self.dt * np.arange(self.horizon + 1)
+        begin, end = zip(*(c.stances(times) for c in self.clocks), strict=True)
+        footholds = raibert_footholds(
+            self.team,
+            robots,
+            self.terrain,
+            times,
+            (np.stack(begin, axis=1), np.stack(end, axis=1)),
+            (state.bodies[1:, VELOCITY] - robots[0, :, VELOCITY])[:, :2],
+        )
+        return References(references.bodies, footholds)
+
     def _guess(self, now: _Instant, elapsed: float) -> NamedArray:
         """The last plan, shifted; without one that is usable, the references.
 
-        Where there are ditches, feet that no plan has placed on the ground yet start outside of
-        them: one that was in the air at the last plan's end would otherwise keep to the near side
-        of a ditch, step after step, long after the reference has crossed.
+        Where feet may not stand everywhere, those that no plan has placed on the ground yet start
+        where they may: one that was in the air at the last plan's end would otherwise keep to the
+        near side of a ditch, step after step, long after the reference has crossed.
         """
         last = self._last if self._last is not None and self._last.plan.is_usable else None
         if last is None:
             guess = self._from_references(now)
         else:
             guess = self._shifted(last, elapsed, now.contacts)
-        if len(self.ditches):
-            clear = clear_feet(self._aims(now), self.ditches, self.terrain)
+        if not self._ground.is_whole:
+            clear = self._ground.nearest(self._aims(now))
             times = elapsed + self.dt * np.arange(self.horizon + 1)
             was_planned = (times < (self.horizon - 0.5) * self.dt) & (last is not None)
             kept = now.contacts & was_planned[:, None, None]
@@ -327,21 +373,28 @@ class Planner:
 
     def _aims(self, now: _Instant) -> np.ndarray:
         """Where feet should land, whatever the ground there, [N+1, R, 4, 3], world, m."""
+        if self.footholds == "raibert":  # they look ahead themselves
+            return now.references.feet()
         gaits = [clock.gait(now.time) for clock in self.clocks]
         stance = np.array([gait.period * np.array(gait.duty) for gait in gaits])
         landing = landings(now.contacts, now.before)
         return mid_stance_feet(now.references, landing, stance, self.terrain)
 
-    def _sides(self, now: _Instant, guess: NamedArray) -> list[NamedArray]:
-        """The guess, and copies of it whose feet land on other sides of ditches."""
-        at_most = len(self.candidates.solvers) if self.candidates else 1
+    def _choices(self, now: _Instant, guess: NamedArray) -> list[NamedArray]:
+        """The guess, and copies of it whose feet land elsewhere."""
+        at_most = len(self.candidates.solvers) - 1 if self.candidates else 0
         aims = self._aims(now)
-        starts = foothold_starts(
-            aims, now.contacts, now.before, self.ditches, self.terrain, at_most
-        )
         guesses = [guess]
-        for start in starts[1:]:
+        for start in foothold_starts(aims, now.contacts, now.before, self._ground.options, at_most):
             other = guess.copy()
             other.values[:, self.columns.feet] = now.carried(start)
             guesses.append(other)
         return guesses
+
+    def _around(self, guess: NamedArray) -> NamedArray:
+        """The parameters, with those of the ground around the guess' feet."""
+        if not self._surroundings:
+            return self.params
+        params = self.params.copy()
+        self._surroundings.fill(params, self.terrain.around(guess.values[:, self.columns.feet]))
+        return params

@@ -19,8 +19,10 @@ from palanquin.lowered import Lowered, NamedArray
 from palanquin.plan import Plan, Sqp
 from palanquin.policies import Policy
 
-# Cost per unit of the largest equality residual, for comparing plans after few iterations.
-_RESIDUAL_WEIGHT = 1e3
+# Cost per unit of the largest equality residual, for comparing plans after few iterations. It must
+# not outweigh what choices differ in: with 1e3 a shifted plan, whose residuals are small, was kept
+# until it had walked into a dead end, and of four courses of ditches none was crossed.
+_RESIDUAL_WEIGHT = 10.0
 
 
 @dataclass(frozen=True)
@@ -70,22 +72,35 @@ class Candidates:
 
     def solve(
         self,
-        parameters: NamedArray,
+        parameters: NamedArray | Sequence[NamedArray],
         measured: NamedArray | ArrayLike,
         guesses: Sequence[NamedArray],
     ) -> Choice:
         """Solves from every guess and keeps the plan of lowest cost among the usable ones.
 
         Equality residuals count with a weight, since a plan after few iterations may have some.
-        Raises ProblemError for no guess or more than `at_most`.
+
+        Args:
+            parameters: of all starts, or of each: what surrounds a foothold depends on the choice.
+            measured: as of `Sqp.solve`.
+            guesses: where to start, at least one and at most `at_most`.
+
+        Raises:
+            ProblemError: too many or no guesses, or not as many parameters.
         """
         if not 1 <= len(guesses) <= len(self.solvers):
             raise ProblemError(
                 f"candidates: {len(guesses)} guesses; 1 to {len(self.solvers)} are needed"
             )
+        if isinstance(parameters, NamedArray):
+            parameters = [parameters] * len(guesses)
+        if len(parameters) != len(guesses):
+            raise ProblemError(
+                f"candidates: {len(parameters)} sets of parameters for {len(guesses)} guesses"
+            )
         jobs = [
-            self._pool.submit(solver.solve, parameters, measured, guess)
-            for solver, guess in zip(self.solvers, guesses, strict=False)
+            self._pool.submit(solver.solve, values, measured, guess)
+            for solver, values, guess in zip(self.solvers, parameters, guesses, strict=False)
         ]
         plans = tuple(job.result() for job in jobs)
         index = min(range(len(plans)), key=lambda i: _rank(plans[i]))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from palanquin.problems import clm, terrains
-from palanquin.problems.clm.starts import foothold_starts
+from palanquin.problems.clm.standing_ground import StandingGround
+from palanquin.problems.clm.starts import cheapest_combinations, foothold_starts
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 GROUND = terrains.Plane(0.0, 0.2, 0.0)
@@ -34,24 +35,39 @@ def landed(start):
 
 def test_both_edges_of_a_ditch_are_tried(landing):
     lines = np.array([[1.0, 0.0, -0.5, 0.3]])
-    starts = foothold_starts(*landing, lines, GROUND, at_most=8)
-    assert len(starts) == 3
-    np.testing.assert_array_equal(starts[0], landing[0])
-    assert landed(starts[1])[0] == pytest.approx(0.66)  # the nearer edge and a margin
-    assert landed(starts[2])[0] == pytest.approx(0.34)
-    for start in starts[1:]:
+    starts = foothold_starts(*landing, StandingGround(GROUND, lines).options, at_most=8)
+    assert len(starts) == 2
+    assert landed(starts[0])[0] == pytest.approx(0.66)  # the nearer edge and a margin
+    assert landed(starts[1])[0] == pytest.approx(0.34)
+    for start in starts:
         assert landed(start)[2] == pytest.approx(GROUND.height(*landed(start)[:2]))
         np.testing.assert_array_equal(start[2, 0, 1:], landing[0][2, 0, 1:])
 
 
 def test_feet_go_on_through_adjoining_ditches(landing):
     lines = np.array([[1.0, 0.0, -0.5, 0.3], [1.0, 0.1, -0.7, 0.2]])
-    for start in foothold_starts(*landing, lines, GROUND, at_most=8)[1:]:
+    for start in foothold_starts(*landing, StandingGround(GROUND, lines).options, at_most=8):
         assert depths(landed(start), lines).max() < 0
 
 
-def test_without_ditches_there_is_one_start(landing):
-    assert len(foothold_starts(*landing, np.empty((0, 4)), GROUND, at_most=8)) == 1
+def test_without_ditches_the_wanted_feet_are_the_only_start(landing):
+    whole = StandingGround(terrains.Flat(), np.empty((0, 4)))
+    (start,) = foothold_starts(*landing, whole.options, at_most=8)
+    assert whole.is_whole
+    np.testing.assert_array_equal(start, landing[0])
+
+
+def test_combinations_come_cheapest_first_and_once_each():
+    random = np.random.default_rng(3)
+    costs = [random.random(n) for n in (3, 1, 4, 2)]
+    found = list(cheapest_combinations(costs))
+    assert len(set(found)) == len(found) == 24
+    totals = [sum(cost[i] for cost, i in zip(costs, picked, strict=True)) for picked in found]
+    np.testing.assert_allclose(totals, sorted(totals))
+
+
+def test_no_landing_has_one_combination():
+    assert list(cheapest_combinations([])) == [()]
 
 
 def test_at_most_so_many_and_none_twice():
