@@ -20,8 +20,8 @@ from palanquin.policies import Penalty
 from palanquin.problems import clm
 from palanquin.problems import modules as m
 from palanquin.problems.clm.planner import Planner, TeamState
-from palanquin.problems.ditch_course import random_ditches
 from palanquin.problems.modules.ditches import Formulation
+from palanquin.sim.scenarios.ditches import RandomDitches
 
 STIFFNESSES = tuple(10.0**k for k in range(1, 8))
 TOLERANCE = 1e-3
@@ -29,6 +29,7 @@ TOLERANCE = 1e-3
 
 _SMOOTHING = {"distance": 1e-3, "squared": 1e-3 * 0.32}  # 1 mm at the edge of the widest ditch
 _MOST_ITERATIONS = 60
+_COURSE = RandomDitches(type="random", start=0.0)
 _COMMAND = clm.Velocity(0.4)
 
 
@@ -99,9 +100,9 @@ def _solve(planner: Planner, seed: int) -> tuple[bool, float, int]:
     Returns whether it converged, the depth of its deepest foothold in a ditch (m, at least 0) and
     the number of iterations.
     """
-    lines = random_ditches(seed, first=0.0)
+    lines = np.array(_COURSE.draw(seed))
     planner.set_ditches(lines)
-    state = _standing_before(planner, lines, np.random.default_rng(seed))
+    state = _standing_before(planner, np.random.default_rng(seed))
     result = planner.solve(0.0, state, _COMMAND)
     landed = result.feet[result.contacts[:-1]]
     offsets = landed[:, :2] @ lines[:, :2].T + lines[:, 2]
@@ -109,11 +110,8 @@ def _solve(planner: Planner, seed: int) -> tuple[bool, float, int]:
     return result.plan.status == Status.CONVERGED, depth, result.plan.iteration_count
 
 
-def _standing_before(planner: Planner, lines: np.ndarray, random: np.random.Generator) -> TeamState:
-    """The nominal stance with the front feet a random distance, up to 10 cm, before x = 0.
-
-    Where a hind foot would stand in a ditch behind, there is none: the course begins at x = 0.
-    """
+def _standing_before(planner: Planner, random: np.random.Generator) -> TeamState:
+    """The nominal stance with the front feet up to 10 cm before x = 0, where the course begins."""
     planner.restart()
     ahead = planner.nominal_state().feet[..., 0].max()
     planner.restart((-ahead - random.uniform(0.0, 0.1), 0.0, 0.0))

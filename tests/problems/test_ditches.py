@@ -1,4 +1,4 @@
-"""Ditches: both formulations forbid the same strips, and courses are what they say."""
+"""Ditches: both formulations forbid the same strips, and a course is crossed."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,8 @@ import pytest
 from palanquin.errors import ProblemError
 from palanquin.problems import clm
 from palanquin.problems import modules as m
-from palanquin.problems.ditch_course import NARROWEST, STANDING_ROOM, random_ditches
+from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.scenarios.ditches import RandomDitches
 
 LINES = np.array([[1.0, 0.2, -0.3, 0.4], [0.1, -2.0, 0.5, 0.3]])
 
@@ -40,46 +41,9 @@ def test_unknown_formulation_names_the_known_ones():
         m.Ditches(2, formulation="cubed")
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_course_leaves_standing_room(seed):
-    lines = random_ditches(seed, widest=0.32)
-    assert lines.shape == (12, 4)
-    np.testing.assert_array_equal(lines[:, :2], np.tile([1.0, 0.0], (12, 1)))
-    near, far = -lines[:, 2] - lines[:, 3] / 2, -lines[:, 2] + lines[:, 3] / 2
-    assert near[0] == pytest.approx(0.6)
-    room = near[1:] - far[:-1]
-    assert room.min() >= STANDING_ROOM[0] - 1e-12
-    assert room.max() <= STANDING_ROOM[1] + 1e-12
-    assert lines[:, 3].min() >= NARROWEST
-    assert lines[:, 3].max() <= 0.32
-
-
-def test_course_is_that_of_its_seed():
-    np.testing.assert_array_equal(random_ditches(3), random_ditches(3))
-    np.testing.assert_allclose(random_ditches(3, count=4), random_ditches(3)[:4])
-    assert (random_ditches(3) != random_ditches(4)).any()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"seed": -1}, "seed -1"),
-        ({"seed": 0, "count": 0}, "count 0"),
-        ({"seed": 0, "widest": 0.01}, "widest is 0.01"),
-        ({"seed": 0, "widest": np.nan}, "widest is nan"),
-        ({"seed": 0, "first": np.inf}, "first is inf"),
-    ],
-)
-def test_bad_courses_say_why(options, message):
-    with pytest.raises(ProblemError, match=message):
-        random_ditches(**options)
-
-
 def test_a_pair_of_robots_crosses_wide_ditches(team):
     """With look-ahead footholds and a few choices side by side, a random course is walked."""
-    from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
-
-    lines = random_ditches(1, count=3)
+    lines = np.array(RandomDitches(type="random", count=4).draw(1))
     problem = clm.build_clm(team, ditches=12)
     planner = clm.Planner(
         problem, ditches=lines, candidates=4, footholds="raibert", max_iterations=2
