@@ -60,12 +60,12 @@ def run(
         violation=tuple(planner.lowered.policies),
     )
     state = start or planner.nominal_state()
-    orders = _ordered(planner, director, 0.0, period)
+    orders = begin_tick(planner, director, 0.0, period)
     planner.settle(0.0, state, orders.velocity)
     for tick in range(ticks):
         time = tick * period
         if tick > 0:
-            orders = _ordered(planner, director, time, period)
+            orders = begin_tick(planner, director, time, period)
         plan = planner.solve(time, state, orders.velocity)
         state = TeamState(state.bodies, landed_feet(plan, state.feet))
         _log(builder, time, state, plan)
@@ -111,7 +111,7 @@ def feet_after(planner: Planner, plan: TeamPlan, feet: np.ndarray, time: float) 
     return np.where(landed[..., None], footholds, feet)
 
 
-def _ordered(planner: Planner, director: Director, time: float, period: float) -> Orders:
+def begin_tick(planner: Planner, director: Director, time: float, period: float) -> Orders:
     """The orders of a tick; gaits change, and the planner learns of pushes that it may know."""
     orders = director.at(time, planner.reference_at(time), period)
     for change in orders.gait_changes:
