@@ -21,6 +21,22 @@ def armed_quadruped(
     feet and `hand` at the tool's tip. `visual=False` leaves the shapes for the eye out, for use
     as a purely kinematic model.
     """
+    spec, trunk, paint = _walker(model, accent, visual)
+    add_arm(spec, trunk, model, paint)
+    return spec
+
+
+def bare_quadruped(
+    model: QuadrupedModel, accent: Colour = ROBOT_COLOURS[0], visual: bool = True
+) -> mujoco.MjSpec:
+    """As `armed_quadruped`, without the arm."""
+    return _walker(model, accent, visual)[0]
+
+
+def _walker(
+    model: QuadrupedModel, accent: Colour, visual: bool
+) -> tuple[mujoco.MjSpec, mujoco.MjsBody, Paint | None]:
+    """Trunk and legs, the trunk itself, and the brush that more is painted with."""
     spec = mujoco.MjSpec()
     spec.modelname = model.name
     spec.compiler.degree = False
@@ -36,8 +52,7 @@ def armed_quadruped(
         paint_trunk(paint, trunk, model)
     for foot in FEET:
         _add_leg(spec, trunk, model, foot, paint)
-    add_arm(spec, trunk, model, paint)
-    return spec
+    return spec, trunk, paint
 
 
 def _add_leg(

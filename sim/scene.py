@@ -40,8 +40,8 @@ def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) ->
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
-    _set_options(spec)
-    _add_surroundings(spec)
+    set_options(spec)
+    add_surroundings(spec)
     area = Area.around(np.zeros((1, 2)) if path is None else path, margin=14.0)
     add_ground(spec, team, area, friction)
     add_ditches(spec, team, area)
@@ -49,11 +49,11 @@ def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) ->
         child = armed_quadruped(quadruped(robot.kind), robot_colour(index))
         spec.attach(child, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     payload = _add_payload(spec, team.payload, team.robots)
-    _add_cameras(payload, spec.worldbody)
+    add_cameras(payload, spec.worldbody)
     return Scene(team, spec, spec.compile())
 
 
-def _set_options(spec: mujoco.MjSpec) -> None:
+def set_options(spec: mujoco.MjSpec) -> None:
     """Settings under which a stance foot neither creeps nor sinks when the scene is stepped."""
     spec.option.timestep = 1e-3
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -61,7 +61,7 @@ def _set_options(spec: mujoco.MjSpec) -> None:
     spec.option.impratio = 10.0
 
 
-def _add_surroundings(spec: mujoco.MjSpec) -> None:
+def add_surroundings(spec: mujoco.MjSpec) -> None:
     """Sky, haze, a sun that casts shadows and a weak second light from the other side."""
     spec.add_texture(
         name="sky",
@@ -128,7 +128,7 @@ def _add_payload(
     return body
 
 
-def _add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody) -> None:
+def add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody) -> None:
     """Cameras that keep their world orientation and travel with the payload, and so the sun."""
     track = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
     for name, position, target, fovy in (

@@ -13,7 +13,7 @@ from palanquin.sim.team import Team
 def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> None:
     """Add geom `ground` that covers `area`: a plane, or for a ramp a height field."""
     ground, (half_x, half_y) = team.ground, area.half
-    tiles = _add_tiles(spec)
+    tiles = add_tiles(spec)
     geom = spec.worldbody.add_geom(
         name="ground", material="ground", contype=1, conaffinity=0, friction=(friction, 5e-3, 1e-4)
     )
@@ -40,7 +40,8 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
     geom.pos = (*area.centre, base)
 
 
-def _add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:
+def add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:
+    """Add the material `ground`, a checkerboard of an image two tiles wide."""
     spec.add_texture(
         name="tiles",
         type=mujoco.mjtTexture.mjTEXTURE_2D,

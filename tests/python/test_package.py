@@ -30,16 +30,23 @@ def test_import_needs_no_simulator():
     run(sys.executable, "-c", f"{blocked}; import palanquin; import palanquin.cli")
 
 
-def test_extension_finds_its_libraries_by_relative_paths_only():
-    (extension,) = INSTALLED.glob("_core.*.so")
+@pytest.mark.parametrize(
+    ("name", "folders"),
+    [
+        ("_core", "$ORIGIN/../casadi"),
+        ("_sim", "$ORIGIN/../mujoco:$ORIGIN/../cmeel.prefix/lib:$ORIGIN/../casadi"),
+    ],
+)
+def test_extensions_find_their_libraries_by_relative_paths_only(name, folders):
+    (extension,) = INSTALLED.glob(f"{name}.*.so")
     paths = re.findall(r"\((?:RPATH|RUNPATH)\).*\[(.*)\]", run("readelf", "-d", extension))
-    assert paths == ["$ORIGIN/../casadi"]
+    assert paths == [folders]
 
 
 def test_build_and_run_time_pins_agree():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     dependencies = project["project"]["dependencies"]
-    for name in ("casadi", "cmeel-eigen"):
+    for name in ("casadi", "cmeel-eigen", "libpinocchio", "mujoco-core"):
         (pin,) = [r for r in project["build-system"]["requires"] if r.startswith(f"{name}==")]
         assert pin in dependencies
         assert pin == f"{name}=={importlib.metadata.version(name)}"

@@ -1,0 +1,32 @@
+#pragma once
+
+#include "palanquin/sim/whole_body_controller.hpp"
+
+namespace palanquin {
+
+/// The path of a swing foot: Bezier polynomials from where it lifted off to its foothold, with
+/// neither velocity nor acceleration at both ends. Horizontally of degree 5, vertically of degree
+/// 6, whose middle control point puts the foot `clearance` (m) over the higher end at half time.
+///
+/// `progress` is the share of the swing that is over, from 0 to 1, and `duration` (s) its length.
+PointTarget swing_target(const Vector3& lift_off, const Vector3& foothold, double clearance,
+                         double progress, double duration);
+
+/// What a foothold is chosen from; world axes, m and m/s.
+struct FootholdInput {
+  Vector3 hip;                   ///< above which the foot stands by default
+  Vector3 velocity;              ///< of the hip, as measured
+  Vector3 commanded_velocity;    ///< of the hip
+  double remaining = 0;          ///< time to the touchdown, s
+  double stance_duration = 0.2;  ///< of the stance that follows, s
+  double velocity_gain = 0.1;    ///< s; sqrt(height / g) = 0.16 stops at the capture point
+  double farthest = 0.2;         ///< from below the hip, m
+  double ground = 0;             ///< height of the ground, m
+};
+
+/// Raibert's foothold ("Legged Robots That Balance", 1986, eq. 2.4): below where the hip will be,
+/// half a stance ahead, and further by the excess of velocity,
+///   hip + v remaining + v_cmd T_stance / 2 + k (v - v_cmd).
+Vector3 raibert_foothold(const FootholdInput& input);
+
+}  // namespace palanquin

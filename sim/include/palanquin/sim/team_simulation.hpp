@@ -1,0 +1,103 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palanquin/sim/disturbance.hpp"
+#include "palanquin/sim/measurement.hpp"
+#include "palanquin/sim/robot_controller.hpp"
+
+struct mjModel_;
+struct mjData_;
+
+namespace palanquin {
+
+/// One robot of a team: what its controller is made from, and where it is in the MuJoCo model.
+struct TeamMember {
+  std::string name;
+  RobotDescription robot;
+  FootPositions hips = FootPositions::Zero();  ///< see RobotController
+  RobotControlSettings control;
+  MeasurementSettings measurement;
+  int trunk = 0;            ///< body with the free joint
+  std::vector<int> joints;  ///< MuJoCo's ids of the hinges, in the robot's order
+  std::vector<int> motors;  ///< of their actuators
+  std::array<int, kLegs> foot_geoms{};
+};
+
+/// A bar held by two sites, whose distance must not change.
+struct BarSites {
+  int first = 0, second = 0;
+  double length = 1;  ///< m
+};
+
+/// Worst values since the start.
+struct TeamExtremes {
+  double torque_fraction = 0;   ///< of the joints' limits
+  double bar_length_error = 0;  ///< m
+  double contact_force = 0;     ///< normal force of a foot, N
+  int fallbacks = 0;            ///< control periods whose QP had no usable solution
+  double control_ms = 0;        ///< sum over robots and periods of the controllers' time
+  long control_periods = 0;     ///< robots times periods
+};
+
+/// Steps a team in MuJoCo, with a controller a robot at every physics step and no Python between:
+/// `run` advances several periods under the planner's last targets.
+///
+/// Model and data belong to the caller, who keeps them alive; they are of the very MuJoCo library
+/// that this one is linked with. A run stops at a fall: a trunk or another of `keep_off` bodies
+/// touches the ground (any geom of the world body), a trunk tilts by more than 60 degrees, or
+/// MuJoCo's state is no longer finite.
+class TeamSimulation {
+ public:
+  /// Throws std::invalid_argument for members that don't fit the model or bad settings.
+  TeamSimulation(mjModel_* model, mjData_* data, const std::vector<TeamMember>& members,
+                 std::vector<int> keep_off, std::vector<BarSites> bars,
+                 std::vector<Disturbance> disturbances);
+  ~TeamSimulation();
+  TeamSimulation(const TeamSimulation&) = delete;
+  TeamSimulation& operator=(const TeamSimulation&) = delete;
+
+  /// Up to `periods` physics steps; returns how many were done. None after a fall.
+  int run(int periods, const std::vector<RobotTarget>& targets);
+
+  double time() const;
+  bool has_fallen() const { return !fall_.empty(); }
+  const std::string& fall() const { return fall_; }  ///< what happened, in words
+  double fall_time() const { return fall_time_; }    ///< s
+  const TeamExtremes& extremes() const { return extremes_; }
+
+  int robots() const;
+  const RobotController& controller(int robot) const;
+  /// The robot as its controller knows it now.
+  RobotObservation observe(int robot);
+  /// The robot's state as its controller knows it now, noise and delay included.
+  const RobotState& measured(int robot) const;
+  /// Ground reaction forces of the last step, [3, 4], world, N.
+  const FootForces& foot_forces(int robot) const;
+
+ private:
+  struct Robot;
+  void measure(Robot& robot);
+  void control(Robot& robot, const RobotTarget& target);
+  void read_foot_forces();
+  void disturb();
+  void check_bars();
+  void check_fall();
+  void set_fall(const std::string& what);
+
+  mjModel_* model_;
+  mjData_* data_;
+  std::vector<std::unique_ptr<Robot>> robots_;
+  std::vector<char> keep_off_;  ///< by body
+  std::vector<int> foot_of_;    ///< 4 robot + leg by geom, or -1
+  std::vector<BarSites> bars_;
+  std::vector<Disturbance> disturbances_;
+  std::string fall_;
+  double fall_time_ = 0;
+  TeamExtremes extremes_;
+};
+
+}  // namespace palanquin

@@ -1,0 +1,26 @@
+#include "palanquin/sim/contact_monitor.hpp"
+
+namespace palanquin {
+
+void ContactMonitor::update(bool is_due, double progress, double force, double dt) {
+  const LegPhase before = phase_;
+  phase_ = next(is_due, progress, force, dt);
+  has_changed_ = phase_ != before;
+  was_due_ = is_due;
+}
+
+LegPhase ContactMonitor::next(bool is_due, double progress, double force, double dt) {
+  const bool touches = force >= settings_.touch_force;
+  unloaded_ = phase_ == LegPhase::Stance && force < settings_.release_force ? unloaded_ + dt : 0;
+  if (!is_due) {
+    if (was_due_) return LegPhase::Swing;  // scheduled lift-off
+    if (phase_ == LegPhase::Swing && touches && progress >= settings_.earliest)
+      return LegPhase::Stance;  // early touchdown
+    return phase_ == LegPhase::Reaching ? LegPhase::Swing : phase_;
+  }
+  if (phase_ == LegPhase::Stance)
+    return unloaded_ > settings_.lost_time ? LegPhase::Reaching : LegPhase::Stance;
+  return touches ? LegPhase::Stance : LegPhase::Reaching;
+}
+
+}  // namespace palanquin

@@ -1,0 +1,174 @@
+// The only file that includes Pinocchio.
+#include "palanquin/sim/robot_model.hpp"
+
+#include <pinocchio/algorithm/center-of-mass.hpp>
+#include <pinocchio/algorithm/crba.hpp>
+#include <pinocchio/algorithm/frames.hpp>
+#include <pinocchio/algorithm/jacobian.hpp>
+#include <pinocchio/algorithm/rnea.hpp>
+#include <pinocchio/multibody.hpp>
+#include <stdexcept>
+
+namespace palanquin {
+
+namespace {
+
+namespace pin = pinocchio;
+
+Eigen::Quaterniond quaternion(const Vector4& q) { return {q[0], q[1], q[2], q[3]}; }
+
+}  // namespace
+
+struct RobotModel::Pinocchio {
+  pin::Model model;
+  std::unique_ptr<pin::Data> data;
+  std::vector<pin::FrameIndex> frames;
+  Eigen::VectorXd q, v, zero, effort, damping;
+  Eigen::MatrixXd mass_matrix;
+  Eigen::VectorXd bias;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian;
+  PointKinematics com;
+  std::vector<PointKinematics> points;
+  Eigen::Matrix3d rotation;
+
+  void add_bodies(const RobotDescription& description);
+  void set_state(const RobotState& state);
+  void update_com();
+  void update_points();
+};
+
+void RobotModel::Pinocchio::add_bodies(const RobotDescription& description) {
+  std::vector<pin::JointIndex> joint(description.bodies.size());
+  std::vector<pin::SE3> placement(description.bodies.size(), pin::SE3::Identity());
+  std::vector<const BodyDescription*> hinges;
+  for (std::size_t i = 0; i < description.bodies.size(); ++i) {
+    const BodyDescription& body = description.bodies[i];
+    if (i == 0) {
+      joint[i] = model.addJoint(0, pin::JointModelFreeFlyer(), pin::SE3::Identity(), body.name);
+    } else {
+      const auto parent = static_cast<std::size_t>(body.parent);
+      const pin::SE3 here =
+          placement[parent] *
+          pin::SE3(quaternion(body.orientation).toRotationMatrix(), body.position);
+      if (body.axis.isZero()) {
+        joint[i] = joint[parent];
+        placement[i] = here;
+      } else {
+        joint[i] = model.addJoint(joint[parent], pin::JointModelRevoluteUnaligned(body.axis), here,
+                                  body.name);
+        hinges.push_back(&body);
+      }
+    }
+    model.appendBodyToJoint(joint[i], pin::Inertia(body.mass, body.com, body.inertia),
+                            placement[i]);
+  }
+  effort.resize(static_cast<Eigen::Index>(hinges.size()));
+  damping.setZero(model.nv);
+  for (Eigen::Index i = 0; i < effort.size(); ++i) {
+    const BodyDescription& body = *hinges[static_cast<std::size_t>(i)];
+    effort[i] = body.effort;
+    damping[6 + i] = body.damping;
+    model.armature[6 + i] = body.armature;
+  }
+  for (const PointDescription& point : description.points) {
+    const auto body = static_cast<std::size_t>(point.body);
+    const pin::SE3 at = placement[body] * pin::SE3(Eigen::Matrix3d::Identity(), point.position);
+    frames.push_back(
+        model.addFrame(pin::Frame("point " + point.name, joint[body], 0, at, pin::OP_FRAME)));
+  }
+}
+
+void RobotModel::Pinocchio::set_state(const RobotState& state) {
+  const Vector4 orientation = state.base_orientation.normalized();
+  rotation = quaternion(orientation).toRotationMatrix();
+  q.head<3>() = state.base_position;
+  q.segment<4>(3) << orientation.tail<3>(), orientation[0];
+  q.tail(model.nv - 6) = state.joint_positions;
+  v.head<3>() = rotation.transpose() * state.base_velocity;
+  v.segment<3>(3) = state.base_rate;
+  v.tail(model.nv - 6) = state.joint_velocities;
+}
+
+void RobotModel::Pinocchio::update_com() {
+  pin::centerOfMass(model, *data, q, v, zero, false);
+  pin::jacobianCenterOfMass(model, *data, q, false);
+  com.position = data->com[0];
+  com.velocity = data->vcom[0];
+  com.drift = data->acom[0];
+  com.jacobian = data->Jcom;
+}
+
+void RobotModel::Pinocchio::update_points() {
+  pin::updateFramePlacements(model, *data);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    PointKinematics& point = points[i];
+    jacobian.setZero();
+    pin::getFrameJacobian(model, *data, frames[i], pin::LOCAL_WORLD_ALIGNED, jacobian);
+    point.position = data->oMf[frames[i]].translation();
+    point.jacobian = jacobian.topRows<3>();
+    point.velocity.noalias() = point.jacobian * v;
+    point.drift =
+        pin::getFrameClassicalAcceleration(model, *data, frames[i], pin::LOCAL_WORLD_ALIGNED)
+            .linear();
+  }
+}
+
+RobotModel::RobotModel(const RobotDescription& description)
+    : pinocchio_(std::make_unique<Pinocchio>()) {
+  if (auto text = description.explain_invalid(); !text.empty())
+    throw std::invalid_argument("robot: " + text);
+  Pinocchio& p = *pinocchio_;
+  p.add_bodies(description);
+  p.data = std::make_unique<pin::Data>(p.model);
+  const Eigen::Index nv = p.model.nv;
+  p.q.setZero(p.model.nq);
+  p.v.setZero(nv);
+  p.zero.setZero(nv);
+  p.bias.setZero(nv);
+  p.mass_matrix.setZero(nv, nv);
+  p.jacobian.setZero(6, nv);
+  const Eigen::Matrix3Xd none = Eigen::Matrix3Xd::Zero(3, nv);
+  p.com = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), none};
+  p.points.assign(p.frames.size(), p.com);
+  p.rotation.setIdentity();
+}
+
+RobotModel::~RobotModel() = default;
+RobotModel::RobotModel(RobotModel&&) noexcept = default;
+
+int RobotModel::nv() const { return static_cast<int>(pinocchio_->model.nv); }
+int RobotModel::points() const { return static_cast<int>(pinocchio_->points.size()); }
+double RobotModel::mass() const { return pin::computeTotalMass(pinocchio_->model); }
+const Eigen::VectorXd& RobotModel::effort() const { return pinocchio_->effort; }
+
+void RobotModel::update(const RobotState& state) {
+  if (state.joint_positions.size() != joints() || state.joint_velocities.size() != joints())
+    throw std::invalid_argument("robot state: " + std::to_string(state.joint_positions.size()) +
+                                " joint positions and " +
+                                std::to_string(state.joint_velocities.size()) +
+                                " velocities; the robot has " + std::to_string(joints()));
+  Pinocchio& p = *pinocchio_;
+  p.set_state(state);
+  pin::crba(p.model, *p.data, p.q, pin::Convention::WORLD);
+  p.mass_matrix.triangularView<Eigen::Upper>() = p.data->M.triangularView<Eigen::Upper>();
+  p.mass_matrix.triangularView<Eigen::StrictlyLower>() =
+      p.data->M.transpose().triangularView<Eigen::StrictlyLower>();
+  p.bias = pin::nonLinearEffects(p.model, *p.data, p.q, p.v);
+  p.bias += p.damping.cwiseProduct(p.v);
+  // Kinematics last, with v' = 0: nonLinearEffects leaves gravity in the accelerations.
+  pin::forwardKinematics(p.model, *p.data, p.q, p.v, p.zero);
+  pin::computeJointJacobians(p.model, *p.data);
+  p.update_com();
+  p.update_points();
+}
+
+const Eigen::VectorXd& RobotModel::velocity() const { return pinocchio_->v; }
+const Eigen::MatrixXd& RobotModel::mass_matrix() const { return pinocchio_->mass_matrix; }
+const Eigen::VectorXd& RobotModel::bias() const { return pinocchio_->bias; }
+const PointKinematics& RobotModel::com() const { return pinocchio_->com; }
+const PointKinematics& RobotModel::point(int index) const {
+  return pinocchio_->points.at(static_cast<std::size_t>(index));
+}
+const Eigen::Matrix3d& RobotModel::rotation() const { return pinocchio_->rotation; }
+
+}  // namespace palanquin
