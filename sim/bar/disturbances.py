@@ -1,0 +1,100 @@
+"""Forces from outside, as data: sinusoids, pushes and ropes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from palanquin import _sim
+from palanquin.problems import checks
+from palanquin.sim.errors import InputError
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force on robot `robot` (by index) at its trunk's origin, world axes.
+
+    amplitude sin(2 pi (t - start) / period + phase) on each axis; an infinite period with a phase
+    of pi / 2 is constant, as `constant` makes it.
+
+    Attributes:
+        robot: index of the robot.
+        amplitude: N, [3].
+        period: s, [3].
+        phase: rad, [3].
+        start, end: s.
+    """
+
+    robot: int
+    amplitude: Vector
+    period: Vector = (1.0, 0.7, 0.4)
+    phase: Vector = (0.0, 0.0, 0.0)
+    start: float = 1.0
+    end: float = math.inf
+
+    def __post_init__(self) -> None:
+        checks.array("force.amplitude", self.amplitude, 3)
+        checks.array("force.phase", self.phase, 3)
+        if len(self.period) != 3 or not all(p > 0 for p in self.period):
+            raise InputError(f"force.period: {self.period} must be three positive times")
+        if not self.end >= self.start >= 0:
+            raise InputError(f"force: from {self.start} to {self.end} s; start and end in order")
+
+    @classmethod
+    def constant(
+        cls, robot: int, value: Vector, start: float = 1.0, end: float = math.inf
+    ) -> Force:
+        """The force `value` (N) from `start` to `end`: a push, or a steady load."""
+        return cls(robot, value, (math.inf,) * 3, (math.pi / 2,) * 3, start, end)
+
+    def on(self, body: int) -> _sim.Push:
+        """The same on a body of the model."""
+        push = _sim.Push()
+        push.body = body
+        push.amplitude = np.array(self.amplitude)
+        push.period, push.phase = np.array(self.period), np.array(self.phase)
+        push.start, push.end = self.start, self.end
+        return push
+
+
+@dataclass(frozen=True)
+class Rope:
+    """A rope from robot `robot`'s trunk to an anchor that a person walks away with.
+
+    Attributes:
+        robot: index of the robot.
+        anchor: at `start`, world, m, [3].
+        velocity: of the anchor, m/s, [3].
+        slack: length at which the rope gets taut, m.
+        stiffness: N/m.
+        damping: N s/m.
+        start, end: s.
+    """
+
+    robot: int
+    anchor: Vector
+    velocity: Vector = (0.0, 0.0, 0.0)
+    slack: float = 1.0
+    stiffness: float = 60.0
+    damping: float = 10.0
+    start: float = 1.0
+    end: float = math.inf
+
+    def __post_init__(self) -> None:
+        checks.array("rope.anchor", self.anchor, 3)
+        checks.array("rope.velocity", self.velocity, 3)
+        for name in ("slack", "stiffness", "damping"):
+            checks.non_negative(f"rope.{name}", getattr(self, name))
+
+    def on(self, body: int) -> _sim.Tether:
+        """The same on a body of the model."""
+        tether = _sim.Tether()
+        tether.body = body
+        tether.anchor, tether.velocity = np.array(self.anchor), np.array(self.velocity)
+        tether.slack, tether.stiffness, tether.damping = self.slack, self.stiffness, self.damping
+        tether.start, tether.end = self.start, self.end
+        return tether
