@@ -159,7 +159,7 @@ QpStatus StructuredQpSolver::feedback(const Eigen::VectorXd& initial_state,
                                       StageQpSolution& solution) {
   Stopwatch stopwatch;
   Workspace& work = *workspace_;
-  check_size("initial_state", initial_state.size(), factorized_knot(work, 0).plan.nx);
+  check_size("initial_state", initial_state.size(), factorized_knot(work, 0).plan->nx);
   const StageQp& qp = *work.factorized;
   check_solution(qp, solution);
   QpStatus status = QpStatus::NonFinite;
@@ -190,7 +190,7 @@ QpStatus StructuredQpSolver::resolve(const StageQp& qp, const PenaltyModel& mode
 
 Eigen::MatrixXd StructuredQpSolver::input_gain(int k) const {
   const Knot& knot = factorized_knot(*workspace_, k);
-  const structured::KnotPlan& plan = knot.plan;
+  const structured::KnotPlan& plan = *knot.plan;
   Eigen::MatrixXd gain(plan.nu, plan.nx);
   structured::AlignedBuffer z;
   z.reserve(plan.slots());
@@ -205,18 +205,18 @@ Eigen::MatrixXd StructuredQpSolver::input_gain(int k) const {
 
 Eigen::MatrixXd StructuredQpSolver::value_hessian(int k) const {
   const Knot& knot = factorized_knot(*workspace_, k);
-  Eigen::MatrixXd hessian(knot.plan.nx, knot.plan.nx);
-  for (int j = 0; j < knot.plan.nx; ++j)
-    for (int i = j; i < knot.plan.nx; ++i)
-      hessian(i, j) = hessian(j, i) = knot.value()[i + j * knot.plan.value_ld];
+  Eigen::MatrixXd hessian(knot.plan->nx, knot.plan->nx);
+  for (int j = 0; j < knot.plan->nx; ++j)
+    for (int i = j; i < knot.plan->nx; ++i)
+      hessian(i, j) = hessian(j, i) = knot.value[i + j * knot.plan->value_ld];
   return hessian;
 }
 
 Eigen::VectorXd StructuredQpSolver::value_gradient(int k) const {
   const Knot& knot = factorized_knot(*workspace_, k);
-  Eigen::VectorXd gradient(knot.plan.nx);
-  for (int j = 0; j < knot.plan.nx; ++j)
-    gradient[j] = knot.value()[knot.plan.nx + j * knot.plan.value_ld];
+  Eigen::VectorXd gradient(knot.plan->nx);
+  for (int j = 0; j < knot.plan->nx; ++j)
+    gradient[j] = knot.value[knot.plan->nx + j * knot.plan->value_ld];
   return gradient;
 }
 

@@ -167,6 +167,20 @@ TEST(StructuredQpErrors, SameRevisionWithOtherSizesIsAnalysedAnew) {
   EXPECT_EQ(c.solution.w[0], expected.solution.w[0]);
 }
 
+TEST(StructuredQpErrors, APatternIdWithOtherDimensionsIsRefused) {
+  Case c(random_qp());
+  c.qp.stages[2].pattern = 7;
+  ASSERT_EQ(c.solve(), QpStatus::Solved);
+  StageQp other = random_stage_qp({.horizon = 4, .nx = {7, 7}}, 22);
+  other.stages[1].pattern = 7;
+  Case wrong(other);
+  EXPECT_NE(message_of([&] {
+              c.solver.solve(wrong.qp, wrong.model, wrong.solution);
+            }).find("knot 1: pattern 7 had other dimensions"),
+            std::string::npos);
+  EXPECT_EQ(c.solve(), QpStatus::Solved);  // the refusal leaves nothing behind
+}
+
 TEST(StructuredQpMemory, SolvesWithoutAllocation) {
   TeamStageQp team({.robots = 2, .horizon = 15}, 3);
   Case c(team.draw());

@@ -136,6 +136,53 @@ TEST_P(StructuredQp, RepeatsItselfBitForBit) {
   expect_equal(first, second, 0.0);
 }
 
+bool have_equal_patterns(const QpStage& a, const QpStage& b) {
+  if (a.nx != b.nx || a.nu != b.nu || a.nl != b.nl) return false;
+  for (auto block : {&QpStage::dynamics, &QpStage::implicit, &QpStage::hessian,
+                     &QpStage::penalty_jacobian, &QpStage::equality_jacobian})
+    if ((a.*block).rows != (b.*block).rows || (a.*block).column_start != (b.*block).column_start ||
+        (a.*block).row_index != (b.*block).row_index)
+      return false;
+  return true;
+}
+
+/// Gives equal patterns equal ids, as the transcription does.
+class PatternIds {
+ public:
+  void apply(StageQp& qp) {
+    for (QpStage& stage : qp.stages) {
+      std::size_t id = 0;
+      while (id < known_.size() && !have_equal_patterns(known_[id], stage)) ++id;
+      if (id == known_.size()) known_.push_back(stage);
+      stage.pattern = static_cast<int>(id);
+    }
+  }
+  std::size_t size() const { return known_.size(); }
+
+ private:
+  std::vector<QpStage> known_;
+};
+
+TEST_P(StructuredQp, PlansOfAMovingGaitAreSharedAndComeBack) {
+  StructuredQpSolver used = make_solver();
+  PatternIds ids;
+  std::size_t knots = 0;
+  for (int phase : {0, 1, 2, 3, 4, 5, 6, 0, 3}) {
+    SCOPED_TRACE(phase);
+    TeamStageQp team({.robots = 2, .horizon = 15, .phase = phase}, 3);
+    StageQp qp = team.draw();
+    const PenaltyModel model = team.draw_model(qp, 0.3);
+    StructuredQpSolver fresh = make_solver();
+    StageQpSolution first = sized_for(qp), second = sized_for(qp);
+    ASSERT_EQ(fresh.solve(qp, model, second), QpStatus::Solved);
+    ids.apply(qp);
+    knots += qp.stages.size();
+    ASSERT_EQ(used.solve(qp, model, first), QpStatus::Solved);
+    expect_equal(first, second, 0.0);
+  }
+  EXPECT_LT(ids.size(), knots / 3);
+}
+
 TEST_P(StructuredQp, FactorizeThenFeedbackIsSolve) {
   TeamStageQp team({.robots = 2, .horizon = 7}, 8);
   StageQp qp = team.draw();

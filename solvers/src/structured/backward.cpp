@@ -20,13 +20,13 @@ void clear_columns(double* matrix, int ld, int first, int last) {
 /// left comes in propagate_value.
 void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
   const kernels::Table& kernels = *work.kernels;
-  const KnotPlan& plan = knot.plan;
-  const int nx_next = next.plan.nx;
+  const KnotPlan& plan = *knot.plan;
+  const int nx_next = next.plan->nx;
   const int ld = padded(nx_next);
   double* value = work.value.data();
   double* slope = work.slope.data();  // becomes P L b + p
-  for (int i = 0; i < nx_next; ++i) slope[i] = next.value()[nx_next + i * next.plan.value_ld];
-  kernels.symmetrize(nx_next, next.value(), next.plan.value_ld, value, ld);
+  for (int i = 0; i < nx_next; ++i) slope[i] = next.value[nx_next + i * next.plan->value_ld];
+  kernels.symmetrize(nx_next, next.value, next.plan->value_ld, value, ld);
   kernels.substitute(ld, columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), value, ld);
   kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
@@ -48,21 +48,35 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
 void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
   multiply_by_value(work, stage, knot, next);
   const kernels::Table& kernels = *work.kernels;
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   double* product = work.product.data();
   kernels.substitute(plan.panel_ld, columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), product, plan.panel_ld);
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
   kernels.multiply_lower(plan.value_ld, dynamics, 0, plan.nx, product + padded(plan.nu),
-                         plan.panel_ld, knot.value(), plan.value_ld);
+                         plan.panel_ld, knot.value, plan.value_ld);
   kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, product, plan.panel_ld,
-                         knot.panel(), plan.panel_ld);
+                         knot.panel, plan.panel_ld);
+}
+
+/// Where the columns of the knot's G begin, by slots: panel and value start at the rows of inputs
+/// and states.
+void point_to_columns(Workspace& work, const Knot& knot) {
+  const KnotPlan& plan = *knot.plan;
+  double** column = work.column.data();
+  for (int j = 0; j < plan.nl; ++j) column[j] = work.locals.data() + j * plan.local_ld();
+  for (int j = 0; j < plan.nu; ++j)
+    column[plan.input_slot + j] = knot.panel + j * plan.panel_ld - plan.input_slot;
+  for (int j = 0; j < plan.nx; ++j)
+    column[plan.state_slot + j] = knot.value + j * plan.value_ld - plan.state_slot;
 }
 
 /// Step (3): entries of the knot's own Hessian.
-void add_hessian(const QpStage& stage, const std::vector<HessianEntry>& entries) {
-  for (const HessianEntry& e : entries) *e.element += stage.hessian.values[e.entry];
+void add_hessian(const Workspace& work, const QpStage& stage,
+                 const std::vector<HessianEntry>& entries) {
+  for (const HessianEntry& e : entries)
+    work.column[e.column][e.row] += stage.hessian.values[e.entry];
 }
 
 /// The knot's own gradient over slots.
@@ -73,24 +87,23 @@ void start_gradient(const QpStage& stage, const KnotPlan& plan, double* gradient
   std::copy_n(g + plan.nx + plan.nu, plan.nl, gradient);
 }
 
-void regularize(const KnotPlan& plan, double regularization) {
-  for (int slot = 0; slot < plan.nl; ++slot) plan.column[slot][slot] += regularization;
+void regularize(const Workspace& work, const KnotPlan& plan, double regularization) {
+  for (int slot = 0; slot < plan.nl; ++slot) work.column[slot][slot] += regularization;
   for (int slot = plan.input_slot; slot < plan.input_slot + plan.nu; ++slot)
-    plan.column[slot][slot] += regularization;
+    work.column[slot][slot] += regularization;
 }
 
 /// Step (3): J'D J and J's. Idle rows cost a comparison.
-void add_rows(Workspace& work, const Knot& knot, const RowPattern& rows,
-              const SparseBlock& jacobian, const double* curvature, const double* slope,
-              double* gradient) {
+void add_rows(Workspace& work, const RowPattern& rows, const SparseBlock& jacobian,
+              const double* curvature, const double* slope, double* gradient) {
   work.kernels->add_weighted_rows(rows.by_runs(), jacobian.values.data(), curvature, slope,
-                                  knot.plan.column.data(), gradient, work.scratch.data());
+                                  work.column.data(), gradient, work.scratch.data());
 }
 
 /// Stiffness of the equality rows in proportion to the cost, and the slope that goes with it.
 void add_equality_rows(Workspace& work, const QpStage& stage, const Knot& knot, double* gradient) {
   const SparseBlock& jacobian = stage.equality_jacobian;
-  const RowPattern& rows = knot.plan.equality;
+  const RowPattern& rows = knot.plan->equality;
   double largest = 0.0;
   for (int j = 0; j < stage.hessian.cols; ++j)
     largest = std::max(largest, stage.hessian.values[stage.hessian.column_start[j]]);
@@ -103,29 +116,29 @@ void add_equality_rows(Workspace& work, const QpStage& stage, const Knot& knot, 
         work.settings.equality_weight * largest / (squared_norm > 0.0 ? squared_norm : 1.0);
     knot.equality_residual[i] = knot.equality_stiffness[i] * stage.equality_value[i];
   }
-  add_rows(work, knot, rows, jacobian, knot.equality_stiffness, knot.equality_residual, gradient);
+  add_rows(work, rows, jacobian, knot.equality_stiffness, knot.equality_residual, gradient);
 }
 
 /// Step (4): locals leave G and the gradient, group by group.
 bool eliminate_locals(const Workspace& work, const Knot& knot, double* gradient) {
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   return work.kernels->eliminate_groups(plan.groups.data(), static_cast<int>(plan.groups.size()),
-                                        work.settings.pivot_tolerance, plan.column.data(), gradient,
+                                        work.settings.pivot_tolerance, work.column.data(), gradient,
                                         knot.local_factor);
 }
 
 /// The gradient becomes G's last row.
-void add_gradient(const KnotPlan& plan, const double* gradient) {
+void add_gradient(const Workspace& work, const KnotPlan& plan, const double* gradient) {
   for (int j = 0; j < plan.nx + plan.nu; ++j)
-    plan.column[plan.slot[j]][plan.gradient_slot] += gradient[plan.slot[j]];
+    work.column[plan.slot[j]][plan.gradient_slot] += gradient[plan.slot[j]];
 }
 
 /// Step (5): inputs are pivots, P_k and p_k remain in value().
 bool eliminate_inputs(const Workspace& work, const Knot& knot) {
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   return work.kernels->partial_cholesky(plan.nu, plan.value_ld, plan.nx,
-                                        work.settings.pivot_tolerance, knot.panel(), plan.panel_ld,
-                                        knot.value(), plan.value_ld) < 0;
+                                        work.settings.pivot_tolerance, knot.panel, plan.panel_ld,
+                                        knot.value, plan.value_ld) < 0;
 }
 
 }  // namespace
@@ -135,24 +148,25 @@ bool eliminate_inputs(const Workspace& work, const Knot& knot) {
 bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& model, int k) {
   const QpStage& stage = qp.stages[k];
   const Knot& knot = work.knots[k];
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   double* gradient = work.gradient.data();
+  point_to_columns(work, knot);
   start_gradient(stage, plan, gradient);
-  add_hessian(stage, plan.local_hessian);
-  clear_columns(knot.value(), plan.value_ld, plan.nx, padded(plan.nx));
+  add_hessian(work, stage, plan.local_hessian);
+  clear_columns(knot.value, plan.value_ld, plan.nx, padded(plan.nx));
   if (k < qp.horizon()) {
     propagate_value(work, stage, knot, work.knots[k + 1]);
   } else {
-    clear_columns(knot.panel(), plan.panel_ld, 0, plan.nu);
-    clear_columns(knot.value(), plan.value_ld, 0, plan.nx);
+    clear_columns(knot.panel, plan.panel_ld, 0, plan.nu);
+    clear_columns(knot.value, plan.value_ld, 0, plan.nx);
   }
-  if (work.settings.regularization > 0.0) regularize(plan, work.settings.regularization);
-  add_rows(work, knot, plan.penalty, stage.penalty_jacobian, model.curvature[k].data(),
+  if (work.settings.regularization > 0.0) regularize(work, plan, work.settings.regularization);
+  add_rows(work, plan.penalty, stage.penalty_jacobian, model.curvature[k].data(),
            model.slope[k].data(), gradient);
   if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, gradient);
   if (!eliminate_locals(work, knot, gradient)) return false;
-  add_hessian(stage, plan.hessian);
-  add_gradient(plan, gradient);
+  add_hessian(work, stage, plan.hessian);
+  add_gradient(work, plan, gradient);
   return eliminate_inputs(work, knot);
 }
 

@@ -1,7 +1,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "structured/workspace.hpp"
+#include "structured/plan_store.hpp"
 
 namespace palanquin::structured {
 namespace {
@@ -65,20 +65,16 @@ void check_dynamics(int knot, const QpStage& stage, int next_nx) {
 
 }  // namespace
 
-void check_dimensions(const StageQp& qp) {
-  if (qp.stages.empty()) throw std::invalid_argument("StageQp: stages is empty");
-  check_vector(0, "initial_state", qp.initial_state, qp.stages[0].nx);
-  for (int k = 0; k <= qp.horizon(); ++k) {
-    const QpStage& stage = qp.stages[k];
-    if (stage.nx < 0 || stage.nu < 0 || stage.nl < 0)
-      fail(k, "a dimension", "negative", "0 or more");
-    check_hessian(k, stage.hessian, stage.nw());
-    check_vector(k, "gradient", stage.gradient, stage.nw());
-    checked_rows(k, "penalty_jacobian", stage.penalty_jacobian, stage.nw());
-    check_vector(k, "equality_value", stage.equality_value,
-                 checked_rows(k, "equality_jacobian", stage.equality_jacobian, stage.nw()));
-    if (k < qp.horizon()) check_dynamics(k, stage, qp.stages[k + 1].nx);
-  }
+void check_dimensions(const StageQp& qp, int k) {
+  const QpStage& stage = qp.stages[k];
+  if (k == 0) check_vector(0, "initial_state", qp.initial_state, stage.nx);
+  if (stage.nx < 0 || stage.nu < 0 || stage.nl < 0) fail(k, "a dimension", "negative", "0 or more");
+  check_hessian(k, stage.hessian, stage.nw());
+  check_vector(k, "gradient", stage.gradient, stage.nw());
+  checked_rows(k, "penalty_jacobian", stage.penalty_jacobian, stage.nw());
+  check_vector(k, "equality_value", stage.equality_value,
+               checked_rows(k, "equality_jacobian", stage.equality_jacobian, stage.nw()));
+  if (k < qp.horizon()) check_dynamics(k, stage, qp.stages[k + 1].nx);
 }
 
 }  // namespace palanquin::structured

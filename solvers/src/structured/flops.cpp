@@ -35,9 +35,9 @@ double forward_flops(const QpStage& stage, const KnotPlan& plan) {
 double count_flops(const StageQp& qp, const std::vector<Knot>& knots) {
   double flops = 0.0;
   for (std::size_t k = 0; k < knots.size(); ++k) {
-    const KnotPlan& plan = knots[k].plan;
+    const KnotPlan& plan = *knots[k].plan;
     const QpStage& stage = qp.stages[k];
-    if (k + 1 < knots.size()) flops += propagation_flops(stage, plan, knots[k + 1].plan.nx);
+    if (k + 1 < knots.size()) flops += propagation_flops(stage, plan, knots[k + 1].plan->nx);
     flops += static_cast<double>(stage.hessian.nnz() + stage.nw());
     for (const kernels::LocalGroup& group : plan.groups) {
       double size = 1.0;  // the gradient

@@ -6,44 +6,36 @@
 namespace palanquin::structured {
 
 void solve_inputs(const Workspace& work, const Knot& knot, double* z) {
-  const KnotPlan& plan = knot.plan;
-  work.kernels->back_substitute(plan.nu, plan.value_ld, knot.panel(), plan.panel_ld,
+  const KnotPlan& plan = *knot.plan;
+  work.kernels->back_substitute(plan.nu, plan.value_ld, knot.panel, plan.panel_ld,
                                 z + plan.input_slot);
 }
 
 void solve_locals(const Workspace& work, const Knot& knot, double* z) {
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   work.kernels->back_substitute_groups(plan.groups.data(), static_cast<int>(plan.groups.size()),
                                        knot.local_factor, z[plan.gradient_slot], z);
 }
 
 namespace {
 
+/// y += F x for the columns first .. first + count - 1 of F.
+void add_columns(const SparseBlock& f, int first, int count, const double* x, double* y) {
+  for (int j = first; j < first + count; ++j)
+    for (int e = f.column_start[j]; e < f.column_start[j + 1]; ++e)
+      y[f.row_index[e]] += f.values[e] * x[j - first];
+}
+
 /// Zero if every entry is finite, else NaN.
 double finiteness(const double* v, int size) {
-  double sum = 0.0;
-  for (int i = 0; i < size; ++i) sum += 0.0 * v[i];
-  return sum;
+  return (0.0 * Eigen::Map<const Eigen::ArrayXd>(v, size)).sum();
 }
 
 }  // namespace
 
 void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x) {
-  const RowPattern& rows = plan.dynamics;
-  const double* values = stage.dynamics.values.data();
-  for (int i = 0; i < rows.rows(); ++i) {
-    // Two sums in turns halve the chain of additions of a long row.
-    const int end = rows.start[i + 1];
-    double sum = next_x[i];
-    double other = 0.0;
-    int e = rows.start[i];
-    for (; e + 1 < end; e += 2) {
-      sum += values[rows.entry[e]] * z[rows.slot[e]];
-      other += values[rows.entry[e + 1]] * z[rows.slot[e + 1]];
-    }
-    if (e < end) sum += values[rows.entry[e]] * z[rows.slot[e]];
-    next_x[i] = sum + other;
-  }
+  add_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, next_x);
+  add_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, next_x);
   const SparseBlock& n = stage.implicit;
   const auto& order = plan.substitution_order;
   for (auto c = order.rbegin(); c != order.rend(); ++c)
@@ -61,32 +53,33 @@ void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v
 bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial_state) {
   for (int k = 0; k <= qp.horizon(); ++k) {
     const Knot& knot = work.knots[k];
-    const KnotPlan& plan = knot.plan;
+    const KnotPlan& plan = *knot.plan;
     double* x = knot.z + plan.state_slot;
     if (k == 0) std::copy_n(initial_state.data(), plan.nx, x);
     std::fill_n(knot.z, plan.state_slot, 0.0);
+    std::fill(x + plan.nx, x + plan.value_ld, 0.0);
     x[plan.nx] = 1.0;  // takes the gradient's row of the factors in
     solve_inputs(work, knot, knot.z);
     solve_locals(work, knot, knot.z);
-    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value(), plan.value_ld, x,
+    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld, x,
                                      knot.multiplier);
-    if (k > 0) substitute_transposed(qp.stages[k - 1], work.knots[k - 1].plan, knot.multiplier);
+    if (k > 0) substitute_transposed(qp.stages[k - 1], *work.knots[k - 1].plan, knot.multiplier);
     if (k == qp.horizon()) break;
-    double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan.state_slot;
+    double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan->state_slot;
     std::copy_n(qp.stages[k].offset.data(), qp.stages[k].offset.size(), next_x);
     advance(qp.stages[k], plan, knot.z, next_x);
   }
   double finite = 0.0;
   for (const Knot& knot : work.knots)
     finite +=
-        finiteness(knot.z, knot.plan.gradient_slot) + finiteness(knot.multiplier, knot.plan.nx);
+        finiteness(knot.z, knot.plan->gradient_slot) + finiteness(knot.multiplier, knot.plan->nx);
   return finite == 0.0;
 }
 
 void unpack(const Workspace& work, StageQpSolution& solution) {
   for (std::size_t k = 0; k < work.knots.size(); ++k) {
     const Knot& knot = work.knots[k];
-    const KnotPlan& plan = knot.plan;
+    const KnotPlan& plan = *knot.plan;
     double* w = solution.w[k].data();
     w = std::copy_n(knot.z + plan.state_slot, plan.nx, w);
     w = std::copy_n(knot.z + plan.input_slot, plan.nu, w);

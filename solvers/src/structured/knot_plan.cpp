@@ -26,17 +26,14 @@ void PlanCapacity::include(const QpStage& stage) {
   hessian = std::max(hessian, stage.hessian.nnz());
   states = std::max(states, stage.implicit.cols);
   locals = std::max(locals, stage.nl);
-  dynamics.include(stage.dynamics);
   penalty.include(stage.penalty_jacobian);
   equality.include(stage.equality_jacobian);
 }
 
 void PlanCapacity::apply(KnotPlan& plan) const {
   plan.slot.reserve(variables);
-  plan.column.reserve(slots);
   plan.local_hessian.reserve(hessian);
   plan.hessian.reserve(hessian);
-  dynamics.apply(plan.dynamics);
   penalty.apply(plan.penalty);
   equality.apply(plan.equality);
   plan.substitution_order.reserve(states);
@@ -60,31 +57,35 @@ KnotLayout lay_out(const QpStage& stage) {
   return layout;
 }
 
-void KnotPlanner::plan(const QpStage& stage, const KnotColumns& columns, KnotPlan& plan) {
+bool KnotPlan::fits(const QpStage& stage) const {
+  const auto has_rows = [](const RowPattern& rows, const SparseBlock& block) {
+    return rows.rows() == block.rows && rows.slot.size() == block.values.size();
+  };
+  return nx == stage.nx && nu == stage.nu && nl == stage.nl &&
+         local_hessian.size() + hessian.size() == stage.hessian.values.size() &&
+         next_nx == stage.dynamics.rows && dynamics_entries == stage.dynamics.nnz() &&
+         implicit_entries == stage.implicit.nnz() && has_rows(penalty, stage.penalty_jacobian) &&
+         has_rows(equality, stage.equality_jacobian);
+}
+
+void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
   static_cast<KnotLayout&>(plan) = lay_out(stage);
-  plan.columns = columns;
-  find_columns(stage, plan);
+  number_slots(stage, plan);
   list_hessian(stage.hessian, plan);
-  list_rows(stage.dynamics, plan, plan.dynamics);
+  plan.next_nx = stage.dynamics.rows;
+  plan.dynamics_entries = stage.dynamics.nnz();
+  plan.implicit_entries = stage.implicit.nnz();
   list_rows(stage.penalty_jacobian, plan, plan.penalty);
   list_rows(stage.equality_jacobian, plan, plan.equality);
   order_substitution(stage.implicit, plan);
   group_locals(stage.hessian, plan);
 }
 
-void KnotPlanner::find_columns(const QpStage& stage, KnotPlan& plan) {
+void KnotPlanner::number_slots(const QpStage& stage, KnotPlan& plan) {
   plan.slot.resize(stage.nw());
   for (int j = 0; j < stage.nx; ++j) plan.slot[j] = plan.state_slot + j;
   for (int j = 0; j < stage.nu; ++j) plan.slot[stage.nx + j] = plan.input_slot + j;
   for (int j = 0; j < stage.nl; ++j) plan.slot[stage.nx + stage.nu + j] = j;
-
-  // Panel and value begin at the rows of inputs and states.
-  plan.column.assign(plan.gradient_slot, nullptr);
-  for (int j = 0; j < plan.nl; ++j) plan.column[j] = plan.columns.locals + j * plan.local_ld();
-  for (int j = 0; j < plan.nu; ++j)
-    plan.column[plan.input_slot + j] = plan.columns.panel + j * plan.panel_ld - plan.input_slot;
-  for (int j = 0; j < plan.nx; ++j)
-    plan.column[plan.state_slot + j] = plan.columns.value + j * plan.value_ld - plan.state_slot;
 }
 
 void KnotPlanner::list_hessian(const SparseBlock& hessian, KnotPlan& plan) {
@@ -93,8 +94,7 @@ void KnotPlanner::list_hessian(const SparseBlock& hessian, KnotPlan& plan) {
   for (int j = 0; j < hessian.cols; ++j) {
     for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
       const auto [low, high] = std::minmax(plan.slot[j], plan.slot[hessian.row_index[e]]);
-      auto& list = low < plan.nl ? plan.local_hessian : plan.hessian;
-      list.push_back({e, plan.column[low] + high});
+      (low < plan.nl ? plan.local_hessian : plan.hessian).push_back({e, high, low});
     }
   }
 }

@@ -22,10 +22,11 @@ struct RowPattern {
   }
 };
 
-/// An entry of a stage's Hessian and its element of G.
+/// An entry of a stage's Hessian and its element of G's lower triangle, by slots.
 struct HessianEntry {
   int entry = 0;
-  double* element = nullptr;
+  int row = 0;
+  int column = 0;
 };
 
 /// How G of step (3) is laid out. Its rows and columns are slots in the order
@@ -49,23 +50,14 @@ struct KnotLayout {
 };
 KnotLayout lay_out(const QpStage& stage);
 
-/// G's lower triangle is kept by columns in three column-major matrices.
-struct KnotColumns {
-  double* locals = nullptr;  ///< [local_ld x nl], of the knot in work only; zero otherwise
-  double* panel = nullptr;   ///< [panel_ld x padded(nu)]
-  double* value = nullptr;   ///< [value_ld x padded(nx)]; holds P_k, and p_k' in the row below it,
-                             ///< once the knot is factorised
-};
-
-/// Where everything of one knot stands.
+/// Where everything of a knot stands, by slots: knots of one pattern share it.
 struct KnotPlan : KnotLayout {
-  KnotColumns columns;
-
-  std::vector<int> slot;        ///< [nw] of variable j of w = (x, u, l)
-  std::vector<double*> column;  ///< [gradient_slot], element (i, j), i >= j, is column[j][i]
+  std::vector<int> slot;                    ///< [nw] of variable j of w = (x, u, l)
   std::vector<HessianEntry> local_hessian;  ///< entries of the Hessian in locals' columns of G
   std::vector<HessianEntry> hessian;        ///< the others
-  RowPattern dynamics;
+  int next_nx = 0;                          ///< rows of the dynamics
+  int dynamics_entries = 0;
+  int implicit_entries = 0;
   RowPattern penalty;
   RowPattern equality;
   /// Columns of `implicit` with entries, each behind those that it names.
@@ -74,6 +66,9 @@ struct KnotPlan : KnotLayout {
   std::vector<kernels::LocalGroup> groups;  ///< into the lists below
   std::vector<int> local_slot, local_row, run_slot, run_size;
   int local_factor_size = 0;
+
+  /// Whether the plan reads nothing of `stage` out of bounds.
+  bool fits(const QpStage& stage) const;
 };
 
 /// Capacity of a KnotPlan's lists, the same for all knots of a problem, so that a pattern that
@@ -85,7 +80,7 @@ struct PlanCapacity {
     void apply(RowPattern& pattern) const;
   };
   int variables = 0, slots = 0, hessian = 0, states = 0, locals = 0;
-  Rows dynamics, penalty, equality;
+  Rows penalty, equality;
 
   void include(const QpStage& stage);
   void apply(KnotPlan& plan) const;
@@ -94,10 +89,10 @@ struct PlanCapacity {
 /// Plans one knot. Steps in local_groups.cpp find the groups of locals.
 class KnotPlanner {
  public:
-  void plan(const QpStage& stage, const KnotColumns& columns, KnotPlan& plan);
+  void plan(const QpStage& stage, KnotPlan& plan);
 
  private:
-  void find_columns(const QpStage& stage, KnotPlan& plan);
+  void number_slots(const QpStage& stage, KnotPlan& plan);
   void list_hessian(const SparseBlock& hessian, KnotPlan& plan);
   void list_rows(const SparseBlock& block, const KnotPlan& plan, RowPattern& rows);
   void cut_runs(const KnotPlan& plan, RowPattern& rows);

@@ -71,7 +71,7 @@ Residual evaluate(Workspace& work, const StageQp& qp) {
   for (int k = 0; k <= qp.horizon(); ++k) {
     const QpStage& stage = qp.stages[k];
     const Knot& knot = work.knots[k];
-    const KnotPlan& plan = knot.plan;
+    const KnotPlan& plan = *knot.plan;
     double* v = knot.correction;
     std::fill_n(v, plan.slots(), 0.0);
     add_cost_gradient(stage, plan, knot.z, v);
@@ -106,7 +106,7 @@ Residual evaluate(Workspace& work, const StageQp& qp) {
 
 /// The multipliers that the stiff rows of the factorisation stood for at z.
 void start_multipliers(const QpStage& stage, const Knot& knot) {
-  const RowPattern& rows = knot.plan.equality;
+  const RowPattern& rows = knot.plan->equality;
   for (int i = 0; i < rows.rows(); ++i)
     knot.equality_multiplier[i] =
         knot.equality_stiffness[i] *
@@ -116,13 +116,13 @@ void start_multipliers(const QpStage& stage, const Knot& knot) {
 
 /// Right-hand side of the condensed system: the Lagrangian's gradient + C' rho (C w + e).
 void condense_equality_rows(const QpStage& stage, const Knot& knot) {
-  for (int i = 0; i < knot.plan.equality.rows(); ++i)
-    add_row(knot.plan.equality, i, stage.equality_jacobian.values.data(),
+  for (int i = 0; i < knot.plan->equality.rows(); ++i)
+    add_row(knot.plan->equality, i, stage.equality_jacobian.values.data(),
             knot.equality_stiffness[i] * knot.equality_residual[i], knot.correction);
 }
 
 void forward_substitute_locals(const Workspace& work, const Knot& knot, double* g) {
-  const KnotPlan& plan = knot.plan;
+  const KnotPlan& plan = *knot.plan;
   work.kernels->forward_substitute_groups(plan.groups.data(), static_cast<int>(plan.groups.size()),
                                           knot.local_factor, g);
 }
@@ -131,16 +131,16 @@ void forward_substitute_locals(const Workspace& work, const Knot& knot, double* 
 void sweep_backward(Workspace& work, const StageQp& qp) {
   for (int k = qp.horizon(); k >= 0; --k) {
     const Knot& knot = work.knots[k];
-    const KnotPlan& plan = knot.plan;
+    const KnotPlan& plan = *knot.plan;
     condense_equality_rows(qp.stages[k], knot);
     if (k < qp.horizon()) {
       const Knot& next = work.knots[k + 1];
-      std::copy_n(next.value_correction, next.plan.nx, work.slope.data());
+      std::copy_n(next.value_correction, next.plan->nx, work.slope.data());
       substitute_transposed(qp.stages[k], plan, work.slope.data());
       add_dynamics_transposed(qp.stages[k].dynamics, plan, work.slope.data(), knot.correction);
     }
     forward_substitute_locals(work, knot, knot.correction);
-    work.kernels->forward_substitute(plan.nu, plan.value_ld, knot.panel(), plan.panel_ld,
+    work.kernels->forward_substitute(plan.nu, plan.value_ld, knot.panel, plan.panel_ld,
                                      knot.correction + plan.input_slot);
     std::copy_n(knot.correction + plan.state_slot, plan.nx, knot.value_correction);
   }
@@ -151,7 +151,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
   for (int k = 0; k <= qp.horizon(); ++k) {
     const QpStage& stage = qp.stages[k];
     const Knot& knot = work.knots[k];
-    const KnotPlan& plan = knot.plan;
+    const KnotPlan& plan = *knot.plan;
     double* dz = knot.correction;
     double* dx = dz + plan.state_slot;
     if (k == 0) std::fill_n(dx, plan.nx, 0.0);
@@ -159,10 +159,10 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
     solve_inputs(work, knot, dz);
     solve_locals(work, knot, dz);
     double* dlambda = work.slope.data();
-    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value(), plan.value_ld, dx,
+    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld, dx,
                                      dlambda);
     for (int i = 0; i < plan.nx; ++i) dlambda[i] += knot.value_correction[i];
-    if (k > 0) substitute_transposed(qp.stages[k - 1], work.knots[k - 1].plan, dlambda);
+    if (k > 0) substitute_transposed(qp.stages[k - 1], *work.knots[k - 1].plan, dlambda);
 
     for (int i = 0; i < plan.nx; ++i) knot.multiplier[i] += dlambda[i];
     for (int i = 0; i < plan.equality.rows(); ++i)
@@ -172,7 +172,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
            times_row(plan.equality, i, stage.equality_jacobian.values.data(), dz));
     for (int i = 0; i < plan.gradient_slot; ++i) knot.z[i] += dz[i];
     if (k == qp.horizon()) break;
-    const KnotPlan& next = work.knots[k + 1].plan;
+    const KnotPlan& next = *work.knots[k + 1].plan;
     double* next_dx = work.knots[k + 1].correction + next.state_slot;
     std::fill_n(next_dx, next.nx, 0.0);
     advance(stage, plan, dz, next_dx);

@@ -9,16 +9,22 @@
 #include "palanquin/core/stage_qp.hpp"
 #include "palanquin/solvers/qp_structured.hpp"
 #include "structured/aligned_buffer.hpp"
-#include "structured/knot_plan.hpp"
+#include "structured/plan_store.hpp"
 
 namespace palanquin::structured {
 
 /// One knot's plan and its memory, which the Workspace owns. Vectors over slots have
-/// plan.slots() entries, zeros where no variable stands.
+/// plan->slots() entries, zeros where no variable stands.
+///
+/// Of G's lower triangle the columns of inputs stand in `panel`, those of states in `value`, both
+/// column-major; those of locals, which are zero but while a knot is in work, in Workspace::locals.
 struct Knot {
-  KnotPlan plan;
-  int pattern = -1;                ///< QpStage::pattern that was planned
-  double* local_factor = nullptr;  ///< [plan.local_factor_size]
+  const KnotPlan* plan = nullptr;
+  int pattern = -1;         ///< QpStage::pattern that `plan` belongs to
+  double* panel = nullptr;  ///< [panel_ld x padded(nu)]
+  double* value = nullptr;  ///< [value_ld x padded(nx)]; holds P_k, and p_k' in the row below
+                            ///< it, once the knot is factorised
+  double* local_factor = nullptr;  ///< [plan->local_factor_size]
   double* z = nullptr;             ///< over slots: locals, inputs, states and a constant 1
   double* multiplier = nullptr;    ///< [padded], of x_k
 
@@ -28,19 +34,17 @@ struct Knot {
   double* equality_residual = nullptr;    ///< [ne]
   double* correction = nullptr;           ///< over slots: right-hand side, then step
   double* value_correction = nullptr;     ///< [padded], change of p_k, then of the multiplier
-
-  double* panel() const { return plan.columns.panel; }
-  double* value() const { return plan.columns.value; }
 };
 
 /// The largest knot's share of each kind of memory. Every knot gets as much, so that a pattern that
 /// moves along the horizon does not ask for more.
 struct MemorySizes {
   std::size_t panel = 0, value = 0, panel_ld = 0, value_ld = 0, slots = 0, locals = 0,
-              equality_rows = 0;
+              local_factor = 0, equality_rows = 0, row_entries = 0;
 
-  void include(const KnotLayout& layout, int equalities);
-  bool fit_into(const MemorySizes& other) const;
+  void include(const KnotPlan& plan);
+  void include(const MemorySizes& other);
+  bool operator==(const MemorySizes&) const = default;
 };
 
 /// All that a StructuredQpSolver keeps between two solves.
@@ -53,18 +57,19 @@ struct Workspace {
   bool has_equality_rows = false;
 
   // Intermediates of the knot in work.
-  AlignedBuffer value;     ///< P L
-  AlignedBuffer product;   ///< (P L F)'
-  AlignedBuffer slope;     ///< P L b + p
-  AlignedBuffer gradient;  ///< of the knot's own cost and rows, over slots
-  AlignedBuffer locals;    ///< G's columns of locals
-  AlignedBuffer scratch;   ///< values of a row, by runs
+  AlignedBuffer value;          ///< P L
+  AlignedBuffer product;        ///< (P L F)'
+  AlignedBuffer slope;          ///< P L b + p
+  AlignedBuffer gradient;       ///< of the knot's own cost and rows, over slots
+  AlignedBuffer locals;         ///< G's columns of locals
+  AlignedBuffer scratch;        ///< values of a row, by runs
+  std::vector<double*> column;  ///< element (i, j), i >= j, of its G is column[j][i]
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
   std::vector<double> model;            ///< slopes and curvatures of these factors, knot by knot
 
-  /// Plans every knot of `qp` and hands out memory. Throws std::invalid_argument if a block does
-  /// not fit its knot.
+  /// Finds every knot's plan and gives it memory. Throws std::invalid_argument if a block does not
+  /// fit its knot.
   void analyze(const StageQp& qp);
   /// Whether the last analysis holds for `qp`.
   bool is_analyzed(const StageQp& qp) const;
@@ -73,21 +78,16 @@ struct Workspace {
   void clear();
 
  private:
+  void hand_out_memory(const MemorySizes& sizes);
   void hand_out_matrices(const MemorySizes& sizes);
-  void hand_out_vectors(const MemorySizes& sizes, int local_factor);
+  void hand_out_vectors(const MemorySizes& sizes);
 
-  bool move_plans(const StageQp& qp, const MemorySizes& sizes);
-  void plan(const QpStage& stage, const KnotColumns& columns, Knot& knot);
-
-  KnotPlanner planner_;
+  PlanStore plans_;
   MemorySizes sizes_;
-  int local_factor_ = 0;
+  bool is_analyzed_ = false;
   std::uint64_t revision_ = 0;
   AlignedBuffer matrices_, vectors_;
 };
-
-/// Throws std::invalid_argument, naming knot and block, if dimensions contradict each other.
-void check_dimensions(const StageQp& qp);
 
 /// See StructuredQpSolver::flops.
 double count_flops(const StageQp& qp, const std::vector<Knot>& knots);
