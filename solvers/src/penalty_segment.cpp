@@ -22,6 +22,18 @@ void for_each_knot(const StageQp& qp, Visit&& visit) {
   }
 }
 
+/// d'Hd, where `h` is a lower triangle whose columns begin with their diagonal entries.
+double quadratic_form(const SparseBlock& h, const double* d) {
+  double total = 0.0;
+  for (int j = 0; j < h.cols; ++j) {
+    int e = h.column_start[j];
+    double sum = 0.5 * h.values[e] * d[j];
+    while (++e < h.column_start[j + 1]) sum += h.values[e] * d[h.row_index[e]];
+    total += sum * d[j];
+  }
+  return 2.0 * total;
+}
+
 /// Below this a penalty is zero, for good.
 double activation(const Policy& policy) {
   switch (policy.kind) {
@@ -45,7 +57,7 @@ void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>
     variables += stage.nw();
     rows += stage.penalty_value.size();
   }
-  for (Eigen::VectorXd* v : {&direction_, &gradient_, &gradient_change_}) v->resize(variables);
+  for (Eigen::VectorXd* v : {&direction_, &gradient_}) v->resize(variables);
   for (Eigen::VectorXd* v : {&row_, &row_change_}) v->resize(rows);
   for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
     gradient_.segment(i, stage.nw()) = stage.gradient;
@@ -72,20 +84,22 @@ void PenaltySegment::list_active_rows() {
 
 void PenaltySegment::aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& w,
                          const std::vector<Eigen::VectorXd>& target) {
-  gradient_change_.setZero();
   row_change_.setZero();
+  curvature_ = 0.0;
   for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
     direction_.segment(i, stage.nw()) = target[k] - w[k];
-    stage.hessian.multiply_symmetric_add(direction_.data() + i, gradient_change_.data() + i);
+    curvature_ += quadratic_form(stage.hessian, direction_.data() + i);
     stage.penalty_jacobian.multiply_add(direction_.data() + i, row_change_.data() + j);
   });
   slope_ = gradient_.dot(direction_);
-  curvature_ = gradient_change_.dot(direction_);
   list_active_rows();
 }
 
 void PenaltySegment::advance(double alpha) {
-  gradient_ += alpha * gradient_change_;
+  direction_ *= alpha;
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t, Eigen::Index i, Eigen::Index) {
+    stage.hessian.multiply_symmetric_add(direction_.data() + i, gradient_.data() + i);
+  });
   row_ += alpha * row_change_;
 }
 

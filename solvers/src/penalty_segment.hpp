@@ -56,7 +56,6 @@ class PenaltySegment {
   // Over all knots, one after the other.
   Eigen::VectorXd direction_;             ///< d
   Eigen::VectorXd gradient_;              ///< of the quadratic cost at the point
-  Eigen::VectorXd gradient_change_;       ///< H d
   Eigen::VectorXd row_;                   ///< h at the point
   Eigen::VectorXd row_change_;            ///< s
   double slope_ = 0.0, curvature_ = 0.0;  ///< of the quadratic cost along d

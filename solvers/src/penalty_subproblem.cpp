@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "linear_rows.hpp"
 #include "penalty_segment.hpp"
@@ -14,14 +15,11 @@ namespace {
 /// A start that violates a row by more than this is not on the rows.
 constexpr double kRowTolerance = 1e-9;
 
-/// point += alpha (target - point)
-void blend(double alpha, const StageQpSolution& target, StageQpSolution& point) {
+/// point += alpha (target - point); the target is used up.
+void blend(double alpha, StageQpSolution& target, StageQpSolution& point) {
+  if (alpha == 1.0) return std::swap(target, point);
   const auto blend_list = [alpha](const auto& from, auto& to) {
-    for (std::size_t k = 0; k < to.size(); ++k)
-      if (alpha == 1.0)
-        to[k] = from[k];
-      else
-        to[k] += alpha * (from[k] - to[k]);
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] += alpha * (from[k] - to[k]);
   };
   blend_list(target.w, point.w);
   blend_list(target.dynamics_multiplier, point.dynamics_multiplier);
