@@ -120,7 +120,6 @@ std::map<std::string, double> Transcription::violations(const RowMatrix& traject
 std::vector<RowViolation> Transcription::worst_rows(const RowMatrix& trajectory, int count) {
   evaluate(trajectory);
   std::vector<RowViolation> rows;
-  std::vector<double> defects(static_cast<std::size_t>(problem_->ndx()));
   for (int k = 0; k <= horizon_; ++k) {
     const KnotShape& shape = *shapes_[static_cast<std::size_t>(k)];
     const KnotBuffers& out = buffers_[static_cast<std::size_t>(k)];
@@ -140,15 +139,14 @@ std::vector<RowViolation> Transcription::worst_rows(const RowMatrix& trajectory,
     add(shape.link_rows, out.link, RowKind::Link, false);
     add(shape.initial_links, out.link, RowKind::Link, false);
     if (k == horizon_) continue;
-    defect(k, trajectory, defects.data());
-    int row = 0;
+    std::size_t row = 0;
     for (const BlockInfo& b : problem_->blocks()) {
       if (!b.is_state) continue;
       for (int i = 0; i < b.tangent_size; ++i, ++row)
-        if (defects[static_cast<std::size_t>(row)] != 0.0)
+        if (out.defect[row] != 0.0)
           rows.push_back({"dynamics of " + b.name + "[" + std::to_string(i) + "] (knot " +
                               std::to_string(k) + ")",
-                          std::abs(defects[static_cast<std::size_t>(row)])});
+                          std::abs(out.defect[row])});
     }
   }
   const auto kept = std::min(rows.size(), static_cast<std::size_t>(std::max(count, 0)));

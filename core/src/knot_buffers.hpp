@@ -7,17 +7,24 @@
 
 namespace palanquin {
 
-/// Results of the lowered functions at one knot, in the order that palanquin/lowering.py lists.
+/// Values of the lowered functions at one knot.
 struct Transcription::KnotBuffers {
   explicit KnotBuffers(const LoweredProblem& problem);
 
   std::vector<double> next_state;  // d, ambient, states only
+  std::vector<double> defect;      // d (-) x+ in the tangent space
   double cost = 0.0;
   std::vector<double> equality, inequality, link;
-  std::vector<double> dynamics_jacobian, implicit_jacobian, gradient, hessian;
-  std::vector<double> equality_jacobian, inequality_jacobian;
-  std::vector<double> link_previous_jacobian, link_jacobian;
   std::vector<double> embedded, slopes;  // of the charts
+};
+
+/// Their derivatives, which go into the stage QP at once: a thread needs them for one knot at a
+/// time, and they stay in its cache.
+struct Transcription::DerivativeBuffers {
+  explicit DerivativeBuffers(const LoweredProblem& problem);
+
+  std::vector<double> dynamics, implicit, gradient, hessian, equality, inequality;
+  std::vector<double> link_previous, link;
 };
 
 /// Arguments and results of the exact Hessian of one knot.

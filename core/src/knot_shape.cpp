@@ -1,25 +1,63 @@
 #include "palanquin/core/knot_shape.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <string_view>
 
 namespace palanquin {
 
 // ---- gathering --------------------------------------------------------------------------------
 
-void Gather::separate_copies() {
-  std::unordered_map<int, int> uses;
-  for (const GatherEntry& e : entries) ++uses[e.destination];
-  const auto is_copy = [&](const GatherEntry& e) {
-    return e.source >= 0 && e.slope_a < 0 && e.slope_b < 0 && uses[e.destination] == 1;
+namespace {
+constexpr int kNoSource = -1;  // a destination that no term reaches
+constexpr int kSum = -2;       // one that needs more than a copy
+}  // namespace
+
+void Gather::find_runs(int size) {
+  std::vector<int> source(static_cast<std::size_t>(size), kNoSource);
+  const auto source_of = [&](const GatherEntry& e) -> int& {
+    return source[static_cast<std::size_t>(e.destination)];
   };
-  for (const GatherEntry& e : entries)
-    if (is_copy(e)) copies.push_back({e.destination, e.source});
-  std::erase_if(entries, is_copy);
+  const auto is_plain = [](const GatherEntry& e) {
+    return e.source >= 0 && e.slope_a < 0 && e.slope_b < 0;
+  };
+  for (const GatherEntry& e : entries) {
+    const bool is_first = source_of(e) == kNoSource;
+    source_of(e) = is_first && is_plain(e) ? e.source : kSum;
+  }
+  std::erase_if(entries, [&](const GatherEntry& e) { return source_of(e) != kSum; });
+
+  runs.clear();
+  for (int i = 0; i < size; ++i) {
+    const int from = std::max(source[static_cast<std::size_t>(i)], kNoSource);
+    const bool goes_on =
+        !runs.empty() &&
+        (from < 0 ? runs.back().source < 0
+                  : from == runs.back().source + runs.back().size && runs.back().source >= 0);
+    if (!goes_on) runs.push_back({i, from, 0});
+    ++runs.back().size;
+  }
+}
+
+void Gather::write(const double* source, const double* slopes, double* destination) const {
+  for (const Run& run : runs) {
+    double* to = destination + run.destination;
+    if (run.source < 0)
+      std::fill_n(to, run.size, 0.0);
+    else
+      std::copy_n(source + run.source, run.size, to);
+  }
+  add_entries(source, slopes, destination);
 }
 
 void Gather::add(const double* source, const double* slopes, double* destination) const {
-  for (const Copy& c : copies) destination[c.destination] = source[c.source];
+  for (const Run& run : runs)
+    if (run.source >= 0)
+      for (int i = 0; i < run.size; ++i) destination[run.destination + i] += source[run.source + i];
+  add_entries(source, slopes, destination);
+}
+
+void Gather::add_entries(const double* source, const double* slopes, double* destination) const {
   for (const GatherEntry& e : entries) {
     double value = e.source < 0 ? 1.0 : source[e.source];
     if (e.slope_a >= 0) value *= slopes[e.slope_a];
@@ -58,7 +96,7 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
     }
     block.end_column();
   }
-  gather.separate_copies();
+  gather.find_runs(block.nnz());
 }
 
 }  // namespace
@@ -100,17 +138,12 @@ ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signatu
       start_.push_back(entries_.size());
     }
   }
-  entries_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
-}
-
-void ColumnMap::expand(const double* w, const double* slopes, double* dz) const {
   const int ndz = static_cast<int>(start_.size()) - 1;
-  for (int j = 0; j < ndz; ++j) {
-    double sum = 0.0;
-    for (const Entry* e = begin(j); e != end(j); ++e)
-      sum += (e->slope < 0 ? 1.0 : slopes[e->slope]) * w[e->column];
-    dz[j] = sum;
-  }
+  for (int j = 0; j < ndz; ++j)
+    for (std::size_t e = start_[j]; e < start_[j + 1]; ++e)
+      expansion_.entries.push_back({j, entries_[e].column, entries_[e].slope, -1});
+  expansion_.find_runs(ndz);
+  entries_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
 }
 
 // ---- shapes -----------------------------------------------------------------------------------
@@ -183,7 +216,7 @@ void build_gradient(int ndz, const ColumnMap& columns, Gather& gather) {
   for (int j = 0; j < ndz; ++j)
     for (const auto* e = columns.begin(j); e != columns.end(j); ++e)
       gather.entries.push_back({e->column, j, e->slope, -1});
-  gather.separate_copies();
+  gather.find_runs(columns.nw());
 }
 
 /// Rows of the next state: the lowered dynamics, then a copy for every carried block.
@@ -244,8 +277,8 @@ const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSigna
   auto found = shapes_.find(key_);
   if (found == shapes_.end()) {
     auto shape = make(previous, knot, next, is_hard);
-    shape->id = static_cast<int>(shapes_.size());
-    shape->pattern.pattern = shape->id;
+    static std::atomic<int> next_pattern{0};
+    shape->pattern.pattern = next_pattern++;
     found = shapes_.emplace(key_, std::move(shape)).first;
   }
   return *found->second;

@@ -13,6 +13,7 @@ namespace palanquin {
 void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear) {
   FunctionWorkspace& w = workspaces_[static_cast<std::size_t>(thread)];
   KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  DerivativeBuffers& derivatives = derivatives_[static_cast<std::size_t>(thread)];
   const double* z = trajectory.row(knot).data();
   const bool terminal = knot == horizon_;
 
@@ -29,18 +30,19 @@ void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& traject
   give(out.inequality.data());
   if (linear) {
     if (!terminal) {
-      give(out.dynamics_jacobian.data());
-      give(out.implicit_jacobian.data());
+      give(derivatives.dynamics.data());
+      give(derivatives.implicit.data());
     }
-    give(out.gradient.data());
-    give(out.hessian.data());
-    give(out.equality_jacobian.data());
-    give(out.inequality_jacobian.data());
+    give(derivatives.gradient.data());
+    give(derivatives.hessian.data());
+    give(derivatives.equality.data());
+    give(derivatives.inequality.data());
   }
   if (terminal)
     (linear ? problem_->terminal_linear : problem_->terminal)(w);
   else
     (linear ? problem_->running_linear : problem_->running)(w);
+  if (!terminal) evaluate_defect(knot, trajectory);
 
   const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
   if (!shape.link_rows.empty() || !shape.initial_links.empty()) {
@@ -48,8 +50,8 @@ void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& traject
     w.arguments[1] = z;
     w.arguments[2] = parameters_at(knot);
     w.results[0] = out.link.data();
-    w.results[1] = out.link_previous_jacobian.data();
-    w.results[2] = out.link_jacobian.data();
+    w.results[1] = derivatives.link_previous.data();
+    w.results[2] = derivatives.link.data();
     (linear ? problem_->link_linear : problem_->link)(w);
   }
   if (linear && std::any_of(shape.signature.charted.begin(), shape.signature.charted.end(),
@@ -62,11 +64,12 @@ void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& traject
   }
 }
 
-/// Residual d (-) x_{k+1} of the knot's dynamics [ndx]; returns its squared norm.
-double Transcription::defect(int knot, const RowMatrix& trajectory, double* rows) const {
+/// Residual d (-) x_{k+1} of the knot's dynamics [ndx].
+void Transcription::evaluate_defect(int knot, const RowMatrix& trajectory) {
+  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
   const double* next = trajectory.row(knot + 1).data();
-  const double* d = buffers_[static_cast<std::size_t>(knot)].next_state.data();
-  double squared = 0.0;
+  const double* d = out.next_state.data();
+  double* rows = out.defect.data();
   for (const BlockInfo& b : problem_->blocks()) {
     if (!b.is_state) continue;
     if (b.is_quaternion) {
@@ -75,36 +78,33 @@ double Transcription::defect(int knot, const RowMatrix& trajectory, double* rows
     } else {
       for (int i = 0; i < b.size; ++i) rows[i] = d[i] - next[b.offset + i];
     }
-    for (int i = 0; i < b.tangent_size; ++i) squared += rows[i] * rows[i];
     rows += b.tangent_size;
     d += b.size;
   }
-  return squared;
 }
 
-void Transcription::fill_stage(int knot, const RowMatrix& trajectory) {
+void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory) {
   const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
   const KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
+  const DerivativeBuffers& derivatives = derivatives_[static_cast<std::size_t>(thread)];
   QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
   const double* slopes = in.slopes.data();
-  auto gather = [&](const Gather& recipe, const std::vector<double>& source, SparseBlock& block) {
-    std::fill(block.values.begin(), block.values.end(), 0.0);
-    recipe.add(source.data(), slopes, block.values.data());
+  auto write = [&](const Gather& recipe, const std::vector<double>& source, SparseBlock& block) {
+    recipe.write(source.data(), slopes, block.values.data());
   };
   auto pick = [](const std::vector<int>& rows, const std::vector<double>& source, double* target) {
     for (std::size_t i = 0; i < rows.size(); ++i)
       target[i] = source[static_cast<std::size_t>(rows[i])];
   };
 
-  gather(shape.hessian, in.hessian, stage.hessian);
-  stage.gradient.setZero();
-  shape.gradient.add(in.gradient.data(), slopes, stage.gradient.data());
-  gather(shape.penalty, in.inequality_jacobian, stage.penalty_jacobian);
-  gather(shape.inequality, in.inequality_jacobian, stage.inequality_jacobian);
-  gather(shape.equality, in.equality_jacobian, stage.equality_jacobian);
-  shape.initial_link.add(in.link_jacobian.data(), slopes, stage.equality_jacobian.values.data());
-  gather(shape.link_previous, in.link_previous_jacobian, stage.link_previous);
-  gather(shape.link, in.link_jacobian, stage.link_jacobian);
+  write(shape.hessian, derivatives.hessian, stage.hessian);
+  shape.gradient.write(derivatives.gradient.data(), slopes, stage.gradient.data());
+  write(shape.penalty, derivatives.inequality, stage.penalty_jacobian);
+  write(shape.inequality, derivatives.inequality, stage.inequality_jacobian);
+  write(shape.equality, derivatives.equality, stage.equality_jacobian);
+  shape.initial_link.add(derivatives.link.data(), slopes, stage.equality_jacobian.values.data());
+  write(shape.link_previous, derivatives.link_previous, stage.link_previous);
+  write(shape.link, derivatives.link, stage.link_jacobian);
   pick(shape.penalty_rows, in.inequality, stage.penalty_value.data());
   pick(shape.inequality_rows, in.inequality, stage.inequality_value.data());
   pick(shape.equality_rows, in.equality, stage.equality_value.data());
@@ -112,9 +112,9 @@ void Transcription::fill_stage(int knot, const RowMatrix& trajectory) {
   pick(shape.link_rows, in.link, stage.link_value.data());
 
   if (knot == horizon_) return;
-  gather(shape.dynamics, in.dynamics_jacobian, stage.dynamics);
-  gather(shape.implicit, in.implicit_jacobian, stage.implicit);
-  defect(knot, trajectory, stage.offset.data());
+  write(shape.dynamics, derivatives.dynamics, stage.dynamics);
+  write(shape.implicit, derivatives.implicit, stage.implicit);
+  std::copy(in.defect.begin(), in.defect.end(), stage.offset.data());
   // A carried block's rows: its coordinates here minus those at the next knot.
   const ColumnMap& next = shapes_[static_cast<std::size_t>(knot + 1)]->columns;
   const auto& blocks = problem_->blocks();
@@ -131,7 +131,7 @@ NonFinite Transcription::linearize(const RowMatrix& trajectory) {
   resolve_shapes();
   pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
     evaluate_knot(thread, knot, trajectory, true);
-    fill_stage(knot, trajectory);
+    fill_stage(thread, knot, trajectory);
   });
   update_initial_state(trajectory);
   // Derivatives are not looked at here, for speed: a QP back end refuses what is not finite.
@@ -152,17 +152,16 @@ Evaluation Transcription::evaluate(const RowMatrix& trajectory) {
   resolve_shapes();
   pool_.parallel_for(horizon_ + 1,
                      [&](int thread, int knot) { evaluate_knot(thread, knot, trajectory, false); });
-  return summarize(trajectory);
+  return summarize();
 }
 
-Evaluation Transcription::summarize(const RowMatrix& trajectory) {
+Evaluation Transcription::summarize() const {
   Evaluation total;
   double squared = 0.0;
   auto residual = [&](double value) {
     total.equality_max = std::max(total.equality_max, std::abs(value));
     squared += value * value;
   };
-  std::vector<double>& defects = step_buffer_;
   for (int k = 0; k <= horizon_; ++k) {
     const KnotShape& shape = *shapes_[static_cast<std::size_t>(k)];
     const KnotBuffers& out = buffers_[static_cast<std::size_t>(k)];
@@ -182,8 +181,7 @@ Evaluation Transcription::summarize(const RowMatrix& trajectory) {
     for (int row : shape.initial_links) residual(out.link[static_cast<std::size_t>(row)]);
     for (int row : shape.link_rows) residual(out.link[static_cast<std::size_t>(row)]);
     if (k == horizon_) continue;
-    defect(k, trajectory, defects.data());
-    for (int i = 0; i < problem_->ndx(); ++i) residual(defects[static_cast<std::size_t>(i)]);
+    for (double row : out.defect) residual(row);
   }
   total.infeasibility = std::sqrt(squared);
   total.is_finite = std::isfinite(total.total()) && std::isfinite(total.infeasibility);

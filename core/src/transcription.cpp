@@ -12,31 +12,36 @@ namespace palanquin {
 
 namespace {
 constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no direction
-}
 
-Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem) {
-  auto resize = [](std::vector<double>& v, int size) {
-    v.assign(static_cast<std::size_t>(size), 0.0);
-  };
-  auto widest = [&](int running, int terminal) {
-    return std::max(problem.running_linear.result(running).nnz(),
-                    problem.terminal_linear.result(terminal).nnz());
-  };
-  resize(next_state, problem.nx());
-  resize(equality, widest(2, 1));
-  resize(inequality, widest(3, 2));
-  resize(dynamics_jacobian, problem.running_linear.result(4).nnz());
-  resize(implicit_jacobian, problem.running_linear.result(5).nnz());
-  resize(gradient, problem.ndz());
-  resize(hessian, widest(7, 4));
-  resize(equality_jacobian, widest(8, 5));
-  resize(inequality_jacobian, widest(9, 6));
-  resize(link, problem.link_linear.result(0).nnz());
-  resize(link_previous_jacobian, problem.link_linear.result(1).nnz());
-  resize(link_jacobian, problem.link_linear.result(2).nnz());
-  resize(embedded, problem.nz());
-  resize(slopes, problem.chart.result(1).nnz());
+std::size_t size_of(int count) { return static_cast<std::size_t>(count); }
+
+/// Entries of a result of running_linear or of its counterpart at the terminal knot, where results
+/// of the dynamics (d before, its two Jacobians behind the values) are missing.
+std::size_t widest(const LoweredProblem& problem, int result) {
+  return size_of(
+      std::max(problem.running_linear.result(result).nnz(),
+               problem.terminal_linear.result(result < 4 ? result - 1 : result - 3).nnz()));
 }
+}  // namespace
+
+Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem)
+    : next_state(size_of(problem.nx())),
+      defect(size_of(problem.ndx())),
+      equality(widest(problem, 2)),
+      inequality(widest(problem, 3)),
+      link(size_of(problem.link_linear.result(0).nnz())),
+      embedded(size_of(problem.nz())),
+      slopes(size_of(problem.chart.result(1).nnz())) {}
+
+Transcription::DerivativeBuffers::DerivativeBuffers(const LoweredProblem& problem)
+    : dynamics(size_of(problem.running_linear.result(4).nnz())),
+      implicit(size_of(problem.running_linear.result(5).nnz())),
+      gradient(size_of(problem.ndz())),
+      hessian(widest(problem, 7)),
+      equality(widest(problem, 8)),
+      inequality(widest(problem, 9)),
+      link_previous(size_of(problem.link_linear.result(1).nnz())),
+      link(size_of(problem.link_linear.result(2).nnz())) {}
 
 Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
                              int threads, std::shared_ptr<const ExactHessian> exact)
@@ -62,6 +67,7 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
   qp_.stages.resize(knots);
   buffers_.assign(knots, KnotBuffers(*problem_));
   workspaces_.resize(static_cast<std::size_t>(threads));
+  derivatives_.assign(static_cast<std::size_t>(threads), DerivativeBuffers(*problem_));
   for (FunctionWorkspace& w : workspaces_)
     for (const LoweredFunction* f :
          {&problem_->structure, &problem_->chart, &problem_->running, &problem_->running_linear,
@@ -233,15 +239,14 @@ void Transcription::resolve_shapes() {
                               k < horizon_ ? &signatures_[i + 1] : nullptr,
                               is_hard_[static_cast<int>(s.stage)]);
   }
-  idle_.resize(table_.size());
   for (int k = 0; k <= horizon_; ++k) {
     QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
-    if (stage.pattern >= 0 && stage.pattern != shape(k).id)
-      idle_[static_cast<std::size_t>(stage.pattern)].push_back(std::move(stage));
+    if (stage.pattern >= 0 && stage.pattern != shape(k).pattern.pattern)
+      idle_[stage.pattern].push_back(std::move(stage));
   }
   for (int k = 0; k <= horizon_; ++k) {
     QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
-    if (stage.pattern == shape(k).id) continue;
+    if (stage.pattern == shape(k).pattern.pattern) continue;
     take_on(stage, shape(k));
     ++qp_.structure_revision;
   }
@@ -251,7 +256,7 @@ void Transcription::resolve_shapes() {
 /// Gives a knot's stage the patterns of its shape: those of a stage that had it before, so that
 /// a moving gait does not allocate, or a copy.
 void Transcription::take_on(QpStage& stage, const KnotShape& shape) {
-  auto& idle = idle_[static_cast<std::size_t>(shape.id)];
+  std::vector<QpStage>& idle = idle_[shape.pattern.pattern];
   if (idle.empty()) {
     stage = shape.pattern;
   } else {

@@ -161,7 +161,7 @@ bool Sqp::linearize(IterationRecord& record) {
     transcription_.use_exact_hessians(iterate_, solution_);
     record.times.linearize += watch.lap_ms();
   }
-  evaluation_ = transcription_.summarize(iterate_);
+  evaluation_ = transcription_.summarize();
   record.times.globalize = watch.lap_ms();
   return true;
 }

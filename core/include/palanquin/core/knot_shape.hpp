@@ -36,19 +36,28 @@ struct GatherEntry {
 };
 
 /// How the values of a reduced matrix follow from those of a lowered result and the chart's slopes.
+/// Roles drop whole columns and flags whole groups of rows, so most values are copied, in long
+/// runs.
 struct Gather {
-  /// A value that is one source value and nothing else: most of them.
-  struct Copy {
+  /// Neighbouring values that are one source value each and nothing else.
+  struct Run {
     int destination;
-    int source;
+    int source;  ///< negative: zeros, to which `entries` are added
+    int size;
   };
-  std::vector<Copy> copies;
-  std::vector<GatherEntry> entries;  ///< all others
+  std::vector<Run> runs;  ///< every destination is in one of them
+  std::vector<GatherEntry> entries;
 
-  /// Moves what can be copied from `entries` to `copies`; call once when the recipe is complete.
-  void separate_copies();
-  /// Adds to `destination`, which the caller has set to zero.
+  /// Moves what can be copied from `entries` to `runs`; call once when the recipe for `size` values
+  /// is complete.
+  void find_runs(int size);
+  /// Writes every value of `destination`.
+  void write(const double* source, const double* slopes, double* destination) const;
+  /// Adds to `destination` instead.
   void add(const double* source, const double* slopes, double* destination) const;
+
+ private:
+  void add_entries(const double* source, const double* slopes, double* destination) const;
 };
 
 /// The reduced variables of one knot: dz = T(slopes) w, T stored by columns of dz.
@@ -74,9 +83,12 @@ class ColumnMap {
   int column_count(int b) const { return column_count_[static_cast<std::size_t>(b)]; }
 
   /// dz = T w
-  void expand(const double* w, const double* slopes, double* dz) const;
+  void expand(const double* w, const double* slopes, double* dz) const {
+    expansion_.write(w, slopes, dz);
+  }
 
  private:
+  Gather expansion_;
   std::vector<std::size_t> start_;
   std::vector<Entry> entries_;
   std::vector<int> first_column_, column_count_;
@@ -86,10 +98,9 @@ class ColumnMap {
 /// their values are gathered from the lowered functions' results. Made once per distinct
 /// combination of flags and then looked up.
 struct KnotShape {
-  int id = 0;
   KnotSignature signature;
   ColumnMap columns;
-  QpStage pattern;  ///< dimensions and patterns, values zero
+  QpStage pattern;  ///< dimensions, patterns and their id, values zero
 
   std::vector<int> equality_rows;  ///< lowered rows that the stage's equality rows are
   std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot

@@ -15,8 +15,9 @@ struct QpStage {
   int nx = 0;
   int nu = 0;
   int nl = 0;
-  /// Equal non-negative ids within one StageQp mean equal dimensions, patterns and policies' kinds,
-  /// so that a back end may share its analysis between knots and solves; -1 promises nothing.
+  /// Equal non-negative ids, in whatever StageQp of the process, mean equal dimensions and
+  /// patterns, so that a back end may share its analysis between knots and solves; -1 promises
+  /// nothing.
   int pattern = -1;
   int nw() const { return nx + nu + nl; }
 

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "palanquin/core/exact_hessian.hpp"
@@ -98,7 +99,7 @@ class Transcription {
 
   Evaluation evaluate(const RowMatrix& trajectory);
   /// As evaluate(), of the trajectory that linearize() or evaluate() has just seen.
-  Evaluation summarize(const RowMatrix& trajectory);
+  Evaluation summarize() const;
   /// to = from (+) alpha * solution, charts applied.
   void step(const RowMatrix& from, const StageQpSolution& solution, double alpha, RowMatrix& to);
 
@@ -116,6 +117,7 @@ class Transcription {
 
  private:
   struct KnotBuffers;  // results of the lowered functions at one knot
+  struct DerivativeBuffers;
   struct ExactBuffers;
   struct Flags;  // results of the lowered function `structure`
 
@@ -124,11 +126,11 @@ class Transcription {
   void resolve_shapes();
   void take_on(QpStage& stage, const KnotShape& shape);
   void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
-  void fill_stage(int knot, const RowMatrix& trajectory);
+  void fill_stage(int thread, int knot, const RowMatrix& trajectory);
   void set_multipliers(int knot, const StageQpSolution& multipliers);
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
   void embed(RowMatrix& trajectory, int knot, FunctionWorkspace& workspace, double* slopes) const;
-  double defect(int knot, const RowMatrix& trajectory, double* rows) const;
+  void evaluate_defect(int knot, const RowMatrix& trajectory);
   bool has_finite_values(int knot) const;
   bool has_finite_derivatives(int knot) const;
   const double* parameters_at(int knot) const { return parameters_.row(knot).data(); }
@@ -147,11 +149,12 @@ class Transcription {
   ShapeTable table_;
   std::vector<const KnotShape*> shapes_;
   StageQp qp_;
-  std::vector<std::vector<QpStage>> idle_;  // per shape, stages that no knot uses at the moment
+  std::unordered_map<int, std::vector<QpStage>> idle_;  // by pattern, stages that no knot has now
 
   mutable ThreadPool pool_;
   mutable std::vector<FunctionWorkspace> workspaces_;
   std::vector<KnotBuffers> buffers_;
+  std::vector<DerivativeBuffers> derivatives_;  // [threads]
   std::vector<ExactBuffers> exact_buffers_;
   std::unique_ptr<Flags> flags_;
   std::vector<double> step_buffer_;
