@@ -5,7 +5,9 @@ Feet are ordered LF, RF, LH, RH.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -46,9 +48,15 @@ class Gait:
 
     def stands(self, phase: np.ndarray | float) -> np.ndarray:
         """Contact flags [..., 4] (bool) at phases in cycles."""
-        since_touchdown = np.asarray(phase, dtype=float)[..., None] + _LATE - np.array(self.offset)
+        offset, duty, always = self._arrays
+        since_touchdown = np.asarray(phase, dtype=float)[..., None] - offset
+        return (since_touchdown - np.floor(since_touchdown) < duty) | always
+
+    @cached_property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Offsets, less what counts as after; duties; which feet always stand."""
         duty = np.array(self.duty)
-        return (np.mod(since_touchdown, 1.0) < duty) | (duty == 1.0)
+        return np.array(self.offset) - _LATE, duty, duty == 1.0
 
     def stances(self, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """When the stance that holds at `phase` [n] or comes next begins and ends, seconds from
@@ -158,11 +166,9 @@ class GaitClock:
     def contacts(self, times: np.ndarray) -> np.ndarray:
         """Contact flags [n, 4] (bool) at `times` [n], s."""
         times = np.asarray(times, dtype=float)
-        segments = self._segments(times)
         flags = np.empty((len(times), 4), dtype=bool)
-        for i in set(segments.tolist()):
-            at, gait = segments == i, self._gaits[i]
-            flags[at] = gait.stands(self._phases[i] + (times[at] - self._starts[i]) / gait.period)
+        for gait, at, phase in self._by_gait(times):
+            flags[at] = gait.stands(phase)
         return flags
 
     def stances(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -171,13 +177,21 @@ class GaitClock:
         The gait of that time is taken to go on: changes planned for later do not count.
         """
         times = np.asarray(times, dtype=float)
-        segments = self._segments(times)
         begin, end = np.empty((len(times), 4)), np.empty((len(times), 4))
-        for i in set(segments.tolist()):
-            at, gait = segments == i, self._gaits[i]
-            phase = self._phases[i] + (times[at] - self._starts[i]) / gait.period
+        for gait, at, phase in self._by_gait(times):
             begin[at], end[at] = (times[at, None] + part for part in gait.stances(phase))
         return begin, end
+
+    def _by_gait(self, times: np.ndarray) -> Iterator[tuple[Gait, np.ndarray | slice, np.ndarray]]:
+        """Each gait with the times [n] that belong to it, as an index, and the phases there."""
+        if len(self._gaits) == 1:
+            parts: list[tuple[int, np.ndarray | slice]] = [(0, slice(None))]
+        else:
+            segments = self._segments(times)
+            parts = [(i, segments == i) for i in np.unique(segments)]
+        for i, at in parts:
+            gait = self._gaits[i]
+            yield gait, at, self._phases[i] + (times[at] - self._starts[i]) / gait.period
 
     def _segment(self, time: float) -> int:
         return int(self._segments(np.array([time]))[0])

@@ -11,12 +11,35 @@ import numpy as np
 _YZX, _ZXY = [1, 2, 0], [2, 0, 1]
 
 
+def _product_table() -> np.ndarray:
+    """What a_i b_j adds to component k of the Hamilton product a * b, [i, j, k]."""
+    table = np.zeros((4, 4, 4))
+    for i in range(4):
+        table[0, i, i] = table[i, 0, i] = 1.0
+    for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2)):
+        table[i, i, 0] = -1.0
+        table[i, j, k], table[j, i, k] = 1.0, -1.0
+    return table
+
+
+# Products and rotation matrices are linear in the products of two quaternions' components, so that
+# each is one matrix product: on small arrays, calls are what costs.
+_PRODUCT = _product_table()
+_ROTATION = np.einsum(
+    "ilm,mjk,j->ijkl", _PRODUCT[:, 1:], _PRODUCT[..., 1:], np.array([1.0, -1.0, -1.0, -1.0])
+)
+
+
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Hamilton product a * b."""
-    a, b = np.broadcast_arrays(np.asarray(a, dtype=float), np.asarray(b, dtype=float))
-    aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
-    scalar = aw * bw - (av * bv).sum(-1, keepdims=True)
-    return np.concatenate([scalar, aw * bv + bw * av + cross(av, bv)], axis=-1)
+    a, b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    return _pairs(a, b) @ _PRODUCT.reshape(16, 4)
+
+
+def _pairs(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """All products of a component of `a` and one of `b`, [..., 16]."""
+    products = a[..., :, None] * b[..., None, :]
+    return products.reshape(*products.shape[:-2], 16)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -44,13 +67,8 @@ def rotate_inverse(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 def matrix(q: np.ndarray) -> np.ndarray:
     """Rotation matrices [..., 3, 3], whose columns are the body's axes in the world frame."""
-    w, x, y, z = np.moveaxis(np.asarray(q, dtype=float), -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    q = np.asarray(q, dtype=float)
+    return (_pairs(q, q) @ _ROTATION.reshape(16, 9)).reshape(*q.shape[:-1], 3, 3)
 
 
 def from_yaw(yaw: np.ndarray | float) -> np.ndarray:
@@ -82,6 +100,23 @@ def tilt_to(normal: np.ndarray) -> np.ndarray:
     n = np.asarray(normal, dtype=float)
     q = np.stack([1 + n[..., 2], -n[..., 1], n[..., 0], np.zeros_like(n[..., 0])], axis=-1)
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
+
+
+def on_slope(slope: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """Headings `yaw` [...] tilted by the smallest rotation onto ground of `slope` (dz/dx, dz/dy)
+    [..., 2]: `tilt_to` its normal after `from_yaw`, in closed form.
+    """
+    cos, sin = np.cos(yaw / 2), np.sin(yaw / 2)
+    # With the normal's n_z = 1 / l the tilt is (h, s_y, -s_x, 0) with h and s scaled by h as below.
+    inverse = 1 / np.sqrt(1 + (slope**2).sum(axis=-1))
+    half = np.sqrt((1 + inverse) / 2)
+    scale = inverse / (2 * half)
+    about_x, about_y = scale * slope[..., 1], -scale * slope[..., 0]
+    result = np.empty((*half.shape, 4))
+    result[..., 0], result[..., 3] = half * cos, half * sin
+    result[..., 1] = about_x * cos + about_y * sin
+    result[..., 2] = about_y * cos - about_x * sin
+    return result
 
 
 def yaw_of(q: np.ndarray) -> np.ndarray:

@@ -39,9 +39,9 @@ def follow_ground(
     centre, along, across = fit[..., 0], fit[..., 1:2], fit[..., 2:3]
     down = np.array([0.0, 0.0, 1.0])
     normal = quaternions.cross(axes[..., 0] - along * down, axes[..., 1] - across * down)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    heading = quaternions.from_yaw(np.asarray(yaw)[:, None] + formation.yaws)
+    slope = -normal[..., :2] / normal[..., 2:]
+    steepness = np.sqrt(1 + (slope**2).sum(axis=-1))  # 1 / n_z
     arm = formation.attach[:, 2] - formation.hands[:, 2]
     moved = np.array(position)
-    moved[..., 2] += team.payload.height + arm / normal[..., 2] - centre
-    return moved, quaternions.multiply(quaternions.tilt_to(normal), heading)
+    moved[..., 2] += team.payload.height + arm * steepness - centre
+    return moved, quaternions.on_slope(slope, np.asarray(yaw)[:, None] + formation.yaws)

@@ -94,95 +94,85 @@ def make_references(
         known = ", ".join(get_args(RobotReferences))
         raise ProblemError(f"references of robots are {robots!r}; they must be one of {known}")
     path = payload_path(terrain, start, command, horizon + 1, dt)
-    payload = payload_reference(terrain, team.payload.height, path, command)
-    states = robot_references(team, payload)
+    bodies = rigid_motion(team, terrain, path, command)
     if robots == "ground" and not terrain.is_plane:
-        states = _over_own_ground(team, terrain, states, path[:, 2], dt)
-    payload, states = payload[:-1], states[:-1]
-    return References(
-        bodies=np.concatenate([payload[:, None], states], axis=1),
-        footholds=foothold_references(team, states, terrain),
-    )
+        _put_on_own_ground(team, terrain, bodies, path, dt)
+    bodies = bodies[:-1]
+    return References(bodies, foothold_references(team, bodies[:, 1:], terrain))
 
 
-def payload_reference(
-    terrain: Terrain, height: float, path: np.ndarray, command: Velocity
-) -> np.ndarray:
-    """Payload states [n, 13] along a path of (x, y, yaw) [n, 3] that follows a planar command.
-
-    The heading frame is tilted onto the tangent plane below the payload, and z is `height` over
-    the ground.
+@dataclass(frozen=True)
+class PayloadPath:
+    """The payload's way over the ground: `pose` (x, y, yaw) [n, 3], m and rad, and the ground's
+    `slope` (dz/dx, dz/dy) below it [n, 2].
     """
-    x, y, yaw = path.T
-    tilt = quaternions.tilt_to(terrain.normal(x, y))
-    states = np.zeros((len(path), STATE))
-    states[:, 0], states[:, 1], states[:, 2] = x, y, terrain.height(x, y) + height
-    states[:, ORIENTATION] = quaternions.multiply(tilt, quaternions.from_yaw(yaw))
-    planar = np.array([command.vx, command.vy, 0.0])
-    states[:, VELOCITY] = quaternions.rotate(states[:, ORIENTATION], planar)
-    states[:, 12] = command.wz
-    return states
+
+    pose: np.ndarray
+    slope: np.ndarray
 
 
 def payload_path(
     terrain: Terrain, start: np.ndarray, command: Velocity, horizon: int, dt: float
-) -> np.ndarray:
-    """(x, y, yaw) of the payload at the knots, m and rad, [N+1, 3].
+) -> PayloadPath:
+    """The payload's path at the knots 0..horizon that starts at (x, y, yaw) [3], m and rad.
 
     Explicit Euler steps of the velocity tilted onto the ground. The smallest rotation that takes
     the z axis to the normal (-s, 1) / l of a ground of slope s takes a horizontal vector c to one
     whose horizontal part is c - (s . c) s / (l (1 + l)).
     """
-    path = np.empty((horizon + 1, 3))
+    path = np.empty((horizon + 1, 5))
     x, y, yaw = checks.array("start", start, 3).tolist()
     for knot in path:
-        knot[:] = x, y, yaw
+        sx, sy = terrain.slope(x, y)
+        knot[:] = x, y, yaw, sx, sy
         cos, sin = math.cos(yaw), math.sin(yaw)
         cx, cy = cos * command.vx - sin * command.vy, sin * command.vx + cos * command.vy
-        sx, sy = terrain.slope(x, y)
         length = math.sqrt(1 + sx * sx + sy * sy)
         along = (sx * cx + sy * cy) / (length * (1 + length))
         x, y, yaw = x + dt * (cx - along * sx), y + dt * (cy - along * sy), yaw + dt * command.wz
-    return path
+    return PayloadPath(path[:, :3], path[:, 3:])
 
 
-def robot_references(team: Team, payload: np.ndarray) -> np.ndarray:
-    """Robots' states [N+1, R, 13] as if all were one rigid body with the payload (14).
+def rigid_motion(team: Team, terrain: Terrain, path: PayloadPath, command: Velocity) -> np.ndarray:
+    """States [n, R+1, 13] of payload and robots that move along the path as one rigid body (14).
 
+    The payload's heading frame is tilted onto the ground below it, over which it keeps its height.
     As printed, (14b) adds the world velocity of the hand to a vector of mixed frames. The rigid
     motion that the text describes is v_i* = v_0* + (q_0* Omega_0*) x (p_i* - p_0*).
     """
-    formation = team.formation
-    axes = quaternions.matrix(payload[:, ORIENTATION])
-    from_payload = formation.offsets @ axes.swapaxes(-1, -2)
-    spin = (axes @ payload[:, ANGULAR_VELOCITY, None]).swapaxes(-1, -2)
-    payload = payload[:, None]
-    states = np.empty((len(payload), len(team.carriers), STATE))
-    states[..., POSITION] = payload[..., POSITION] + from_payload  # (14a)
-    states[..., ORIENTATION] = quaternions.multiply(payload[..., ORIENTATION], formation.turns)
-    states[..., VELOCITY] = payload[..., VELOCITY] + quaternions.cross(spin, from_payload)  # (14b)
-    states[..., ANGULAR_VELOCITY] = quaternions.rotate_inverse(  # (14c)
-        formation.turns, payload[..., ANGULAR_VELOCITY]
-    )
+    offsets, turns = team.formation.offsets, team.formation.turns
+    x, y, yaw = path.pose.T
+    orientation = quaternions.on_slope(path.slope, yaw)
+    to_world = quaternions.matrix(orientation).swapaxes(-1, -2)
+    # In the payload's frame, of which the command gives the velocity: (vx, vy, 0) + wz z x offset.
+    velocities = np.zeros((len(offsets) + 1, 3))
+    velocities[1:, 0], velocities[1:, 1] = -command.wz * offsets[:, 1], command.wz * offsets[:, 0]
+    velocities[:, :2] += command.vx, command.vy
+    states = np.zeros((len(path.pose), len(offsets) + 1, STATE))
+    states[..., 0], states[..., 1] = x[:, None], y[:, None]
+    states[..., 2] = (terrain.height(x, y) + team.payload.height)[:, None]
+    states[:, 1:, POSITION] += offsets @ to_world  # (14a)
+    states[:, 0, ORIENTATION] = orientation
+    states[:, 1:, ORIENTATION] = quaternions.multiply(orientation[:, None], turns)
+    states[..., VELOCITY] = velocities @ to_world  # (14b)
+    states[..., 12] = command.wz  # (14c)
     return states
 
 
-def _over_own_ground(
-    team: Team, terrain: Terrain, robots: np.ndarray, yaw: np.ndarray, dt: float
-) -> np.ndarray:
-    """Robots' states [n, R, 13] moved by `follow_ground`; velocities take each to the next knot.
-
-    The last knot has no next one, and keeps its velocities.
+def _put_on_own_ground(
+    team: Team, terrain: Terrain, bodies: np.ndarray, path: PayloadPath, dt: float
+) -> None:
+    """Moves the robots among the states [n, R+1, 13] by `follow_ground`; their velocities take them
+    from each knot to the next. The last one's stay.
     """
+    robots = bodies[:, 1:]
     position, orientation = follow_ground(
-        team, terrain, robots[..., POSITION], robots[..., ORIENTATION], yaw
+        team, terrain, robots[..., POSITION], robots[..., ORIENTATION], path.pose[:, 2]
     )
     turned = quaternions.multiply(quaternions.conjugate(orientation[:-1]), orientation[1:])
-    moved = robots.copy()
-    moved[..., POSITION], moved[..., ORIENTATION] = position, orientation
-    moved[:-1, :, VELOCITY] = np.diff(position, axis=0) / dt
-    moved[:-1, :, ANGULAR_VELOCITY] = quaternions.rotation_vector(turned) / dt
-    return moved
+    robots[..., POSITION], robots[..., ORIENTATION] = position, orientation
+    robots[:-1, :, VELOCITY] = np.diff(position, axis=0) / dt
+    robots[:-1, :, ANGULAR_VELOCITY] = quaternions.rotation_vector(turned) / dt
 
 
 def foothold_references(team: Team, robots: np.ndarray, terrain: Terrain) -> np.ndarray:

@@ -18,7 +18,7 @@ def payload_route(scenario: Scenario) -> NDArray[np.float64]:
     pose, poses = np.zeros(3), [np.zeros(3)]
     for time in np.arange(0.0, scenario.duration, _STEP):
         velocity = command.velocity(float(time), pose, _STEP)
-        pose = payload_path(ground, pose, velocity, 1, _STEP)[1]
+        pose = payload_path(ground, pose, velocity, 1, _STEP).pose[1]
         poses.append(pose)
     return np.array(poses)
 
