@@ -7,16 +7,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.problems.robots import quadruped
 from palanquin.sim.errors import InputError
-from palanquin.sim.interpolation import interpolate_poses, rotate
-from palanquin.sim.inverse_kinematics import JOINTS, InverseKinematics
+from palanquin.sim.interpolation import interpolate_poses
+from palanquin.sim.inverse_kinematics import JOINTS
+from palanquin.sim.robot_poser import RobotPoser
 from palanquin.sim.rollout import Rollout
-from palanquin.sim.scene import Scene, build_scene
+from palanquin.sim.scene import Scene, build_scene, joint_slice
 from palanquin.sim.swing import APEX_HEIGHT, foot_path
 
 Array = NDArray[np.float64]
@@ -76,66 +75,21 @@ def track(
         scene = build_scene(rollout.team, path=rollout.x.reshape(-1, 13)[:, :3])
     frames = int(np.floor((rollout.time[-1] - rollout.time[0]) * frame_rate + 1e-9)) + 1
     time = rollout.time[0] + np.arange(frames) / frame_rate
-    position, quaternion = interpolate_poses(rollout.time, rollout.x, time)
+    poses = np.concatenate(interpolate_poses(rollout.time, rollout.x, time), axis=-1)
 
     robots = rollout.robots
     qpos = np.tile(scene.model.qpos0, (frames, 1))
     foot_error, hand_error = np.empty((frames, robots, 4)), np.empty((frames, robots))
     at_limit = np.empty((frames, robots, len(JOINTS)), dtype=bool)
-    qpos[:, joint_slice(scene.model, "payload", 7)] = np.hstack([position[:, 0], quaternion[:, 0]])
-    for i, robot in enumerate(rollout.team.robots):
-        trunk = position[:, i + 1] - rotate(
-            quaternion[:, i + 1], np.asarray(robot.body.centre_of_mass)
-        )
-        targets, hand_y = limb_targets(
-            rollout, i, time, position[:, 0], quaternion[:, 0], apex_height
-        )
-        solver = InverseKinematics(quadruped(robot.kind))
-        columns = [scene.model.joint(f"{robot.name}/{name}").qposadr[0] for name in JOINTS]
-        qpos[:, joint_slice(scene.model, f"{robot.name}/free", 7)] = np.hstack(
-            [trunk, quaternion[:, i + 1]]
-        )
-        angles = None
+    qpos[:, joint_slice(scene.model, "payload", 7)] = poses[:, 0]
+    for i in range(robots):
+        paths = [foot_path(rollout, i, foot, time, apex_height) for foot in range(4)]
+        feet = np.stack(paths, axis=1)
+        poser = RobotPoser(scene, i)
         for f in range(frames):
-            solution = solver.solve(
-                trunk[f], quaternion[f, i + 1], targets[f], hand_y[f], start=angles
-            )
-            angles = solution.angles
-            qpos[f, columns] = angles
+            payload, body = poses[f, 0], poses[f, i + 1]
+            solution = poser.pose(qpos[f], body, feet[f], payload)
             foot_error[f, i], hand_error[f, i] = solution.error[:4], solution.error[4]
             at_limit[f, i] = solution.at_limit
             progress((i + (f + 1) / frames) / robots)
     return KinematicTrajectory(scene, time, qpos, foot_error, hand_error, at_limit)
-
-
-def limb_targets(
-    rollout: Rollout,
-    robot: int,
-    time: Array,
-    payload_position: Array,
-    payload_quaternion: Array,
-    apex_height: float,
-) -> tuple[Array, Array]:
-    """Targets [F, 5, 3] (world, m) for the centres of the spherical feet and for the hand, and
-    the wanted y axes [F, 3] of the hand.
-
-    The planner's foot is a point on the ground; the centre of the real one is a radius above it
-    along the ground's normal.
-    """
-    member = rollout.team.robots[robot]
-    radius = quadruped(member.kind).foot_radius
-    ground = rollout.team.ground
-    targets = np.empty((len(time), 5, 3))
-    for foot in range(4):
-        path = foot_path(rollout, robot, foot, time, apex_height)
-        targets[:, foot] = path + radius * ground.normal(path[:, 0], path[:, 1])
-    targets[:, 4] = payload_position + rotate(payload_quaternion, np.asarray(member.attach))
-    yaw = member.yaw_offset
-    hand_y = rotate(payload_quaternion, np.array([-np.sin(yaw), np.cos(yaw), 0.0]))
-    return targets, hand_y
-
-
-def joint_slice(model: mujoco.MjModel, name: str, size: int) -> slice:
-    """Where the `size` numbers of joint `name` lie in qpos."""
-    start = int(model.joint(name).qposadr[0])
-    return slice(start, start + size)

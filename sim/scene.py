@@ -159,3 +159,9 @@ def look_at(position: tuple[float, ...], target: tuple[float, ...]) -> Array:
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.column_stack([x, np.cross(z, x), z]).ravel())
     return quaternion
+
+
+def joint_slice(model: mujoco.MjModel, name: str, size: int) -> slice:
+    """Where the `size` numbers of joint `name` lie in qpos."""
+    start = int(model.joint(name).qposadr[0])
+    return slice(start, start + size)
