@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count, islice
 
 import numpy as np
 
@@ -19,6 +21,16 @@ PHASES = ("inputs", *SOLVER_PHASES)
 
 MOST_TICKS = 50_000
 """Of a run: its record takes about 12 kB a tick."""
+
+
+@dataclass(frozen=True)
+class Tick:
+    """One period: its start (s), the state then (landed feet on their footholds), plan, orders."""
+
+    time: float
+    state: TeamState
+    plan: TeamPlan
+    orders: Orders
 
 
 def run(
@@ -51,32 +63,40 @@ def run(
     Raises:
         InputError: duration or period is not positive, or there is no period in the duration.
     """
-    ticks = number_of_ticks(duration, period)
+    most = number_of_ticks(duration, period)
     builder = RolloutBuilder(
         scene_team,
         planner.dt * np.arange(planner.horizon + 1, dtype=np.float64),
-        capacity=ticks,
+        capacity=most,
         phases=PHASES,
         violation=tuple(planner.lowered.policies),
     )
+    for tick in islice(ticks(planner, director, period, start), most):
+        _log(builder, tick.time, tick.state, tick.plan)
+        progress(len(builder))
+    return builder.build()
+
+
+def ticks(
+    planner: Planner, director: Director, period: float, start: TeamState | None = None
+) -> Iterator[Tick]:
+    """Plans every `period` (s) until the model's state has left the finite numbers; as of `run`."""
     state = start or planner.nominal_state()
     orders = begin_tick(planner, director, 0.0, period)
     planner.settle(0.0, state, orders.velocity)
-    for tick in range(ticks):
-        time = tick * period
-        if tick > 0:
+    for n in count():
+        time = n * period
+        if n > 0:
             orders = begin_tick(planner, director, time, period)
         plan = planner.solve(time, state, orders.velocity)
         state = TeamState(state.bodies, landed_feet(plan, state.feet))
-        _log(builder, time, state, plan)
+        yield Tick(time, state, plan, orders)
         state = TeamState(
             nominal_step(planner, plan, state, period, pushed(planner, orders, time, period)),
             feet_after(planner, plan, state.feet, time + period),
         )
-        progress(tick + 1)
         if not np.isfinite(state.bodies).all():
             break
-    return builder.build()
 
 
 def number_of_ticks(duration: float, period: float) -> int:

@@ -11,12 +11,15 @@ from palanquin.sim.scenarios.scenario import Scenario
 _STEP = 0.1
 """Between two looks at the way, s."""
 
+_LONGEST = 300.0
+"""How far ahead anybody looks, s."""
+
 
 def payload_route(scenario: Scenario) -> NDArray[np.float64]:
-    """Poses (x, y, yaw) of the payload's reference all the way, [n, 3], m and rad."""
+    """Poses (x, y, yaw) of the payload's reference for five minutes at most, [n, 3], m and rad."""
     command, ground = scenario.command.start(), scenario.ground
     pose, poses = np.zeros(3), [np.zeros(3)]
-    for time in np.arange(0.0, scenario.duration, _STEP):
+    for time in np.arange(0.0, min(scenario.duration, _LONGEST), _STEP):
         velocity = command.velocity(float(time), pose, _STEP)
         pose = payload_path(ground, pose, velocity, 1, _STEP).pose[1]
         poses.append(pose)
