@@ -3,15 +3,14 @@
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
+from numpy.typing import NDArray
 
 from palanquin.sim.rollout import Rollout
 
 
-def blueprint(rollout: Rollout) -> rrb.Blueprint:
-    """A 3D view that follows the payload, and plots of time, violations and tracking errors."""
-    start = rollout.x[0, :3]
-    bodies = ["payload", *(robot.name for robot in rollout.team.robots)]
-    view = rrb.Spatial3DView(
+def _team_view(start: NDArray[np.float64]) -> rrb.Spatial3DView:
+    """A 3D view that follows the payload from `start` [3] on (world, m)."""
+    return rrb.Spatial3DView(
         name="team",
         origin="/",
         contents=["world/**", "plan/**"],
@@ -25,6 +24,25 @@ def blueprint(rollout: Rollout) -> rrb.Blueprint:
             tracking_entity="world/payload",
         ),
     )
+
+
+def live_blueprint(start: NDArray[np.float64]) -> rrb.Blueprint:
+    """The 3D view beside plots of the solver's figures; `start` [3] is the payload's place."""
+    plots = (("solve time (ms)", "solver/solve_ms"), ("violation", "solver/violation/**"))
+    column = rrb.Vertical(
+        *(rrb.TimeSeriesView(name=name, origin="/", contents=[path]) for name, path in plots)
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(_team_view(start), column, column_shares=[5, 2]),
+        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def blueprint(rollout: Rollout) -> rrb.Blueprint:
+    """A 3D view that follows the payload, and plots of time, violations and tracking errors."""
+    bodies = ["payload", *(robot.name for robot in rollout.team.robots)]
     plots = [
         ("solve time (ms)", ["solver/solve_ms", "solver/phase/**"]),
         ("violation", ["solver/violation/**", "solver/equality_violation"]),
@@ -41,7 +59,7 @@ def blueprint(rollout: Rollout) -> rrb.Blueprint:
         ),
     )
     return rrb.Blueprint(
-        rrb.Horizontal(view, column, column_shares=[5, 3]),
+        rrb.Horizontal(_team_view(rollout.x[0, :3]), column, column_shares=[5, 3]),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),

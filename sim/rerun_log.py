@@ -93,7 +93,7 @@ def _send_arrows(
     columns = rr.Arrows3D.columns(
         origins=origins[shown], vectors=METRES_PER_NEWTON * forces[shown]
     ).partition(shown.astype(int))
-    style = rr.Arrows3D.from_fields(radii=0.008, colors=_rgba(FORCE))
+    style = rr.Arrows3D.from_fields(radii=0.008, colors=rgba(FORCE))
     recording.log(path, style, static=True)
     recording.send_columns(path, [ticks], columns)
 
@@ -104,7 +104,7 @@ def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Roll
     for b, (path, colour) in enumerate(bodies):
         strips = list(rollout.plan_x[:, :, 13 * b : 13 * b + 3])
         columns = rr.LineStrips3D.columns(strips=strips)
-        line = rr.LineStrips3D.from_fields(radii=0.006, colors=_rgba(colour))
+        line = rr.LineStrips3D.from_fields(radii=0.006, colors=rgba(colour))
         recording.log(path, line, static=True)
         recording.send_columns(path, [ticks], columns)
     for i, robot in enumerate(rollout.team.robots):
@@ -112,7 +112,7 @@ def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Roll
         points = np.array([point for tick in landings for _, point in tick]).reshape(-1, 3)
         columns = rr.Points3D.columns(positions=points).partition([len(t) for t in landings])
         path = f"plan/{robot.name}/footholds"
-        style = rr.Points3D.from_fields(radii=0.02, colors=_rgba(robot_colour(i)))
+        style = rr.Points3D.from_fields(radii=0.02, colors=rgba(robot_colour(i)))
         recording.log(path, style, static=True)
         recording.send_columns(path, [ticks], columns)
 
@@ -157,5 +157,6 @@ def _send_scalars(
     recording.send_columns(path, [times], rr.Scalars.columns(scalars=values))
 
 
-def _rgba(colour: Colour) -> list[int]:
+def rgba(colour: Colour) -> list[int]:
+    """As Rerun takes a colour: bytes."""
     return [round(255 * part) for part in colour]
