@@ -9,6 +9,7 @@ import typer
 
 from palanquin.cli import bench, demo, scenario
 from palanquin.cli.solve import solve
+from palanquin.cli.teleop import teleop
 
 app = typer.Typer(
     name="palanquin",
@@ -18,6 +19,7 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
 )
 app.command()(solve)
+app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")
 app.add_typer(bench.app, name="bench")

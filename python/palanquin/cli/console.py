@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +31,11 @@ def reported_errors() -> Iterator[None]:
     except (PalanquinError, ValueError, OSError) as error:
         err.print(f"[red]error:[/red] {_escaped(error)}")
         raise typer.Exit(BAD_INPUT) from error
+
+
+def has_display() -> bool:
+    """Whether a window can be opened."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def check_writable(option: str, file: Path | None) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,7 +14,14 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+from palanquin.cli.console import (
+    NOT_SOLVED,
+    err,
+    has_display,
+    out,
+    reported_errors,
+    show_progress_of_lowering,
+)
 from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -55,6 +61,10 @@ def demo(
             metavar="VX[,VY[,WZ]]",
             help="Command to the payload in its heading frame: m/s forward, m/s left, rad/s.",
         ),
+    ] = None,
+    commands: Annotated[
+        Path | None,
+        typer.Option(help="File of recorded commands, which `palanquin teleop --record` writes."),
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Of the run, s.")] = None,
     horizon: Annotated[int | None, typer.Option(help="Planned intervals.")] = None,
@@ -109,6 +119,7 @@ def demo(
 
         scenario = overridden(
             open_scenario(name),
+            commands=commands,
             robots=robots,
             gait=gait,
             velocity=velocity,
@@ -147,7 +158,7 @@ def demo(
             markup=False,
         )
         raise typer.Exit(NOT_SOLVED)
-    if "recording" in written and not (headless or (headless is None and not _has_display())):
+    if "recording" in written and not (headless or (headless is None and not has_display())):
         _open_viewer(written["recording"])
 
 
@@ -198,10 +209,6 @@ def _table(title: str, figures: dict[str, Any]) -> Table:
 
 def _listed(values: dict[str, float], form: str) -> str:
     return ", ".join(f"{name} {value:{form}}" for name, value in values.items())
-
-
-def _has_display() -> bool:
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _open_viewer(recording: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from palanquin.cli.console import err
@@ -10,11 +11,13 @@ from palanquin.schema import dotted
 from palanquin.sim.feasibility import findings
 from palanquin.sim.scenarios import Scenario, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
+from palanquin.sim.scenarios.recorded import replayed
 
 
 def overridden(
     scenario: Scenario,
     *,
+    commands: Path | None = None,
     robots: int | None = None,
     gait: str | None = None,
     velocity: str | None = None,
@@ -26,6 +29,8 @@ def overridden(
 
     Raises InputError or ValueError that names the field and the rule.
     """
+    if commands is not None:
+        scenario = replayed(scenario, commands)
     if robots is not None:
         scenario = with_robots(scenario, robots)
     changes: dict[str, Any] = {
