@@ -1,7 +1,8 @@
-"""Pictures (PNG) and short videos (MP4) of a tracked rollout, drawn without a screen."""
+"""Pictures (PNG) and short videos (MP4) of a motion, drawn without a screen."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
@@ -18,20 +19,35 @@ from palanquin.sim.rollout import Rollout
 Image = NDArray[np.uint8]
 
 
-class Renderer:
-    """Draws instants of a trajectory with the plan of that time; use `open_renderer`."""
+Overlay = Callable[[mujoco.MjvScene, float], None]
+"""Adds to a scene what belongs to a time (s): plans, forces."""
 
-    def __init__(
-        self,
-        trajectory: KinematicTrajectory,
-        rollout: Rollout,
-        width: int,
-        height: int,
-        camera: str,
-        smooth: bool,
-    ) -> None:
-        self._trajectory, self._rollout = trajectory, rollout
-        model = trajectory.scene.model
+
+@dataclass(frozen=True)
+class Motion:
+    """What is drawn: configurations `qpos` [F, nq] of `model` at the times `time` [F] (s)."""
+
+    model: mujoco.MjModel
+    time: NDArray[np.float64]
+    qpos: NDArray[np.float64]
+    overlay: Overlay = lambda scene, time: None
+
+
+def planned_motion(trajectory: KinematicTrajectory, rollout: Rollout) -> Motion:
+    """A tracked rollout with the plan of the time."""
+
+    def overlay(scene: mujoco.MjvScene, time: float) -> None:
+        tick = int(np.searchsorted(rollout.time, time + 1e-9, "right")) - 1
+        draw_plan(scene, rollout, max(tick, 0))
+
+    return Motion(trajectory.scene.model, trajectory.time, trajectory.qpos, overlay)
+
+
+class Renderer:
+    """Draws instants of a motion; use `open_renderer`."""
+
+    def __init__(self, motion: Motion, width: int, height: int, camera: str, smooth: bool) -> None:
+        self._motion, model = motion, motion.model
         model.vis.global_.offwidth, model.vis.global_.offheight = width, height
         model.vis.quality.shadowsize, model.vis.quality.offsamples = (
             (4096, 4) if smooth else (2048, 0)
@@ -49,9 +65,9 @@ class Renderer:
 
     def draw(self, time: float) -> Image:
         """The frame nearest to `time` (s) as RGB bytes [height, width, 3]."""
-        trajectory, model = self._trajectory, self._trajectory.scene.model
-        frame = int(np.abs(trajectory.time - time).argmin())
-        self._data.qpos[:] = trajectory.qpos[frame]
+        motion, model = self._motion, self._motion.model
+        frame = int(np.abs(motion.time - time).argmin())
+        self._data.qpos[:] = motion.qpos[frame]
         mujoco.mj_forward(model, self._data)
         mujoco.mjv_updateScene(
             model,
@@ -62,8 +78,7 @@ class Renderer:
             mujoco.mjtCatBit.mjCAT_ALL,
             self._scene,
         )
-        tick = int(np.searchsorted(self._rollout.time, trajectory.time[frame] + 1e-9, "right")) - 1
-        draw_plan(self._scene, self._rollout, max(tick, 0))
+        motion.overlay(self._scene, float(motion.time[frame]))
         image = np.empty((self._viewport.height, self._viewport.width, 3), np.uint8)
         mujoco.mjr_render(self._viewport, self._scene, self._context)
         mujoco.mjr_readPixels(image, None, self._viewport, self._context)
@@ -76,8 +91,7 @@ class Renderer:
 
 @contextmanager
 def open_renderer(
-    trajectory: KinematicTrajectory,
-    rollout: Rollout,
+    motion: Motion,
     width: int = 1280,
     height: int = 720,
     camera: str = "follow",
@@ -92,12 +106,11 @@ def open_renderer(
     """
     if width < 16 or height < 16 or width > 4096 or height > 4096 or width % 2 or height % 2:
         raise InputError(f"size: {width} x {height} must be even numbers from 16 to 4096")
-    model = trajectory.scene.model
-    cameras = [model.camera(i).name for i in range(model.ncam)]
+    cameras = [motion.model.camera(i).name for i in range(motion.model.ncam)]
     if camera not in cameras:
         raise InputError(f"camera: {camera!r} is not one of {', '.join(cameras)}")
     with offscreen_context(width, height):
-        renderer = Renderer(trajectory, rollout, width, height, camera, smooth)
+        renderer = Renderer(motion, width, height, camera, smooth)
         try:
             yield renderer
         finally:
@@ -105,8 +118,7 @@ def open_renderer(
 
 
 def render_picture(
-    trajectory: KinematicTrajectory,
-    rollout: Rollout,
+    motion: Motion,
     path: Path,
     time: float,
     width: int = 1600,
@@ -116,13 +128,12 @@ def render_picture(
     """Write a PNG of the instant `time` (s). Raises as `open_renderer`."""
     from matplotlib.image import imsave
 
-    with open_renderer(trajectory, rollout, width, height, camera) as renderer:
+    with open_renderer(motion, width, height, camera) as renderer:
         imsave(path, renderer.draw(time))
 
 
 def render_video(
-    trajectory: KinematicTrajectory,
-    rollout: Rollout,
+    motion: Motion,
     path: Path,
     width: int = 960,
     height: int = 540,
@@ -130,16 +141,16 @@ def render_video(
     frame_rate: int = 20,
     progress: Callable[[float], None] = lambda share: None,
 ) -> None:
-    """Write an H.264 MP4 of the whole trajectory in real time.
+    """Write an H.264 MP4 of the whole motion in real time.
 
     `progress` is called with the share done, from 0 to 1. Raises as `open_renderer`.
     """
     import av
 
-    start, end = trajectory.time[0], trajectory.time[-1]
+    start, end = motion.time[0], motion.time[-1]
     times = np.arange(start, end + 1e-9, 1 / frame_rate)
     with (
-        open_renderer(trajectory, rollout, width, height, camera, smooth=False) as renderer,
+        open_renderer(motion, width, height, camera, smooth=False) as renderer,
         av.open(str(path), "w") as container,
     ):
         stream = container.add_stream("libx264", rate=Fraction(frame_rate))

@@ -25,7 +25,7 @@ def write(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> None
     recording = rr.RecordingStream("palanquin")
     recording.save(path, default_blueprint=blueprint(rollout))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    _log_bodies(recording, trajectory)
+    log_bodies(recording, trajectory.scene.model, trajectory.time, trajectory.qpos)
     log_terrain(recording, "world/terrain", trajectory.scene, rollout.x.reshape(-1, 13)[:, :3])
     ticks = rr.TimeColumn("sim_time", duration=rollout.time)
     _log_forces(recording, ticks, rollout)
@@ -35,10 +35,12 @@ def write(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> None
     recording.disconnect()
 
 
-def _log_bodies(recording: rr.RecordingStream, trajectory: KinematicTrajectory) -> None:
-    model = trajectory.scene.model
-    position, quaternion = body_poses(model, trajectory.qpos)
-    frames = rr.TimeColumn("sim_time", duration=trajectory.time)
+def log_bodies(
+    recording: rr.RecordingStream, model: mujoco.MjModel, time: Array, qpos: Array
+) -> None:
+    """Every body's shapes and poses below `world`, for configurations `qpos` [F, nq] at `time`."""
+    position, quaternion = body_poses(model, qpos)
+    frames = rr.TimeColumn("sim_time", duration=time)
     for body in range(1, model.nbody):
         path = f"world/{model.body(body).name}"
         log_body(recording, path, model, body)
@@ -66,7 +68,7 @@ def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
     """Ground reactions at stance feet, and what the payload does to each hand."""
     for i, robot in enumerate(rollout.team.robots):
         for f, foot in enumerate(FEET):
-            _send_arrows(
+            send_arrows(
                 recording,
                 f"world/{robot.name}/{foot}/force",
                 ticks,
@@ -77,10 +79,10 @@ def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
         hand = rollout.x[:, :3] + rotate(rollout.x[:, 3:7], np.asarray(robot.attach, float))
         path = f"world/{robot.name}/hand/force"
         held = np.ones(len(rollout.time), dtype=bool)
-        _send_arrows(recording, path, ticks, hand, rollout.hand_wrench[:, i, :3], held)
+        send_arrows(recording, path, ticks, hand, rollout.hand_wrench[:, i, :3], held)
 
 
-def _send_arrows(
+def send_arrows(
     recording: rr.RecordingStream,
     path: str,
     ticks: rr.TimeColumn,
@@ -123,7 +125,7 @@ def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
     series |= {f"phase/{name}": values for name, values in rollout.phases.items()}
     series |= {f"violation/{name}": values for name, values in rollout.violation.items()}
     for name, values in series.items():
-        _send_scalars(recording, f"solver/{name}", ticks, values)
+        send_scalars(recording, f"solver/{name}", ticks, values)
     changed = np.append(True, rollout.status[1:] != rollout.status[:-1])
     times = rr.TimeColumn("sim_time", duration=rollout.time[changed])
     text = rr.TextLog.columns(text=[str(word) for word in rollout.status[changed]])
@@ -141,19 +143,20 @@ def _log_control(
     names = ["payload", *(robot.name for robot in rollout.team.robots)]
     for b, name in enumerate(names):
         path = f"control/{name}"
-        _send_scalars(recording, f"{path}/position_error", ticks, error.position[:, b])
-        _send_scalars(recording, f"{path}/orientation_error", ticks, error.orientation[:, b])
-        _send_scalars(recording, f"{path}/velocity_error", ticks, error.velocity[:, b])
+        send_scalars(recording, f"{path}/position_error", ticks, error.position[:, b])
+        send_scalars(recording, f"{path}/orientation_error", ticks, error.orientation[:, b])
+        send_scalars(recording, f"{path}/velocity_error", ticks, error.velocity[:, b])
     frames = rr.TimeColumn("sim_time", duration=trajectory.time)
     for i, name in enumerate(names[1:]):
         path, feet = f"control/{name}/kinematics", trajectory.foot_error[:, i].max(axis=1)
-        _send_scalars(recording, f"{path}/foot_error", frames, feet)
-        _send_scalars(recording, f"{path}/hand_error", frames, trajectory.hand_error[:, i])
+        send_scalars(recording, f"{path}/foot_error", frames, feet)
+        send_scalars(recording, f"{path}/hand_error", frames, trajectory.hand_error[:, i])
 
 
-def _send_scalars(
+def send_scalars(
     recording: rr.RecordingStream, path: str, times: rr.TimeColumn, values: Array
 ) -> None:
+    """A curve over time."""
     recording.send_columns(path, [times], rr.Scalars.columns(scalars=values))
 
 

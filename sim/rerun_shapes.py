@@ -21,12 +21,15 @@ _SOLID = rr.components.FillMode.Solid
 
 
 def log_body(recording: rr.RecordingStream, path: str, model: mujoco.MjModel, body: int) -> None:
-    """Log the visible geoms of `body` below `path`, one entity per kind of shape."""
-    kinds = defaultdict(list)
+    """Log the visible geoms of `body` below `path`, one entity per kind of shape; planes and
+    height fields are left out.
+    """
+    shapes = defaultdict(list)
     for geom in np.flatnonzero(model.geom_bodyid == body):
-        if model.geom_group[geom] != COLLISION_GROUP:
-            kinds[mujoco.mjtGeom(model.geom_type[geom])].append(geom)
-    for kind, geoms in kinds.items():
+        kind = mujoco.mjtGeom(model.geom_type[geom])
+        if model.geom_group[geom] != COLLISION_GROUP and kind in _ARCHETYPES:
+            shapes[kind].append(geom)
+    for kind, geoms in shapes.items():
         name, archetype = _ARCHETYPES[kind]
         recording.log(f"{path}/{name}", archetype(model, np.array(geoms)), static=True)
 

@@ -10,7 +10,12 @@ import pytest
 from palanquin.sim import graphics
 from palanquin.sim.errors import GraphicsError, InputError
 from palanquin.sim.figures import draw_figures
-from palanquin.sim.render import open_renderer, render_picture, render_video
+from palanquin.sim.render import open_renderer, planned_motion, render_picture, render_video
+
+
+@pytest.fixture
+def motion(rollout, trajectory):
+    return planned_motion(trajectory, rollout)
 
 
 @pytest.fixture(scope="module")
@@ -22,8 +27,8 @@ def drawable():
 
 
 @pytest.mark.usefixtures("drawable")
-def test_picture_shows_both_robots_and_the_plan(rollout, trajectory):
-    with open_renderer(trajectory, rollout, 320, 180) as renderer:
+def test_picture_shows_both_robots_and_the_plan(motion):
+    with open_renderer(motion, 320, 180) as renderer:
         image = renderer.draw(0.5).astype(int)
     assert image.shape == (180, 320, 3)
     red, green, blue = image[..., 0], image[..., 1], image[..., 2]
@@ -37,23 +42,21 @@ def test_picture_shows_both_robots_and_the_plan(rollout, trajectory):
 
 
 @pytest.mark.usefixtures("drawable")
-def test_time_changes_the_picture(rollout, trajectory):
-    with open_renderer(trajectory, rollout, 160, 90, camera="side") as renderer:
+def test_time_changes_the_picture(motion):
+    with open_renderer(motion, 160, 90, camera="side") as renderer:
         first, later = renderer.draw(0.0), renderer.draw(0.3)
     assert np.abs(first.astype(int) - later.astype(int)).max() > 50
 
 
 @pytest.mark.usefixtures("drawable")
-def test_files_can_be_read(rollout, trajectory, tmp_path):
+def test_files_can_be_read(motion, tmp_path):
     from matplotlib.image import imread
 
-    render_picture(trajectory, rollout, tmp_path / "a.png", 0.5, width=160, height=90)
+    render_picture(motion, tmp_path / "a.png", 0.5, width=160, height=90)
     assert imread(tmp_path / "a.png").shape[:2] == (90, 160)
     av = pytest.importorskip("av")
     shares = []
-    render_video(
-        trajectory, rollout, tmp_path / "a.mp4", 160, 90, frame_rate=5, progress=shares.append
-    )
+    render_video(motion, tmp_path / "a.mp4", 160, 90, frame_rate=5, progress=shares.append)
     with av.open(str(tmp_path / "a.mp4")) as video:
         frames = list(video.decode(video=0))
     assert len(frames) == 7
@@ -65,12 +68,12 @@ def test_files_can_be_read(rollout, trajectory, tmp_path):
     ("options", "message"),
     [({"width": 15}, "size"), ({"height": 8000}, "size"), ({"camera": "moon"}, "follow, front")],
 )
-def test_bad_options_are_named(rollout, trajectory, options, message):
-    with pytest.raises(InputError, match=message), open_renderer(trajectory, rollout, **options):
+def test_bad_options_are_named(motion, options, message):
+    with pytest.raises(InputError, match=message), open_renderer(motion, **options):
         pass
 
 
-def test_no_graphics_is_explained(rollout, trajectory, monkeypatch):
+def test_no_graphics_is_explained(motion, monkeypatch):
     def fail(*args, **kwargs):
         raise subprocess.CalledProcessError(1, "probe")
 
@@ -80,7 +83,7 @@ def test_no_graphics_is_explained(rollout, trajectory, monkeypatch):
     try:
         with (
             pytest.raises(GraphicsError, match=r"libegl1.*libosmesa6"),
-            open_renderer(trajectory, rollout),
+            open_renderer(motion),
         ):
             pass
     finally:

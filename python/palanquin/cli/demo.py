@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from palanquin.cli.console import (
-    NOT_SOLVED,
-    err,
-    has_display,
-    out,
-    reported_errors,
-    show_progress_of_lowering,
-)
+from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
 from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
+from palanquin.cli.watching import progress_bars, show
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
     from palanquin.sim.scenarios import Scenario
@@ -112,8 +102,11 @@ def demo(
         from palanquin.cli.demo_files import DemoFiles
         from palanquin.cli.demo_scenario import overridden, require_possible, settings_of
         from palanquin.sim.closed_loop import number_of_ticks
+        from palanquin.sim.figures import draw_figures
         from palanquin.sim.kinematic import track
         from palanquin.sim.outcome import outcome
+        from palanquin.sim.recording import record
+        from palanquin.sim.render import planned_motion
         from palanquin.sim.running import run_scenario
         from palanquin.sim.scenarios import open_scenario
 
@@ -134,7 +127,7 @@ def demo(
         files = DemoFiles.prepare(scenario.name, out_folder, rrd, json_file, video)
         out.print(scenario.summary, markup=False)
         show_progress_of_lowering()
-        with _progress_bars() as bar:
+        with progress_bars() as bar:
             ticks = number_of_ticks(scenario.duration, scenario.planner.period)
             planner = scenario.build_planner()
             rollout = run_scenario(scenario, planner, bar("planning", ticks))
@@ -148,7 +141,13 @@ def demo(
                 **outcome(rollout, scenario.duration, scenario.planner.period),
                 "kinematics": trajectory.summary(),
             }
-            written = files.write(rollout, trajectory, figures, bar("video", 1.0))
+            written = files.write(
+                figures,
+                partial(draw_figures, rollout),
+                partial(record, rollout, trajectory),
+                planned_motion(trajectory, rollout),
+                bar("video", 1.0),
+            )
     out.print(_table(_title(scenario), figures))
     for kind, path in written.items():
         out.print(f"{kind}: {path}", markup=False, highlight=False, soft_wrap=True)
@@ -158,33 +157,12 @@ def demo(
             markup=False,
         )
         raise typer.Exit(NOT_SOLVED)
-    if "recording" in written and not (headless or (headless is None and not has_display())):
-        _open_viewer(written["recording"])
+    show(written, headless)
 
 
 def _title(scenario: Scenario) -> str:
     gaits = dict.fromkeys(robot.gait.name for robot in scenario.robots)
     return f"{scenario.name}: {len(scenario.robots)} robots, {', '.join(gaits)}"
-
-
-Bars = Callable[[str, float], Callable[[float], None]]
-"""Makes a progress bar from what is done and its total; the result takes how much is done."""
-
-
-@contextmanager
-def _progress_bars() -> Iterator[Bars]:
-    columns = TextColumn("{task.description:<9}"), BarColumn(), TaskProgressColumn()
-    with Progress(*columns, TimeRemainingColumn(), console=err, transient=True) as progress:
-
-        def bar(what: str, total: float) -> Callable[[float], None]:
-            task = progress.add_task(what, total=total, visible=False)
-
-            def advance(done: float) -> None:
-                progress.update(task, completed=done, visible=True)
-
-            return advance
-
-        yield bar
 
 
 def _table(title: str, figures: dict[str, Any]) -> Table:
@@ -209,8 +187,3 @@ def _table(title: str, figures: dict[str, Any]) -> Table:
 
 def _listed(values: dict[str, float], form: str) -> str:
     return ", ".join(f"{name} {value:{form}}" for name, value in values.items())
-
-
-def _open_viewer(recording: Path) -> None:
-    """Opens Rerun's viewer in a process of its own."""
-    subprocess.Popen([sys.executable, "-m", "rerun", str(recording)], start_new_session=True)

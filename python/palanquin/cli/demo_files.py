@@ -10,11 +10,7 @@ from typing import Any
 
 from palanquin.cli.console import check_writable, err
 from palanquin.sim.errors import GraphicsError, MissingExtraError
-from palanquin.sim.figures import draw_figures
-from palanquin.sim.kinematic import KinematicTrajectory
-from palanquin.sim.recording import record
-from palanquin.sim.render import render_picture, render_video
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.render import Motion, render_picture, render_video
 
 PICTURE_SHARE = 0.62
 """When in a run the picture is taken, as a share of its duration: under way, mid-stride."""
@@ -57,27 +53,31 @@ class DemoFiles:
 
     def write(
         self,
-        rollout: Rollout,
-        trajectory: KinematicTrajectory,
         figures: dict[str, Any],
+        plot: Callable[[Path], None],
+        record: Callable[[Path], None],
+        motion: Motion,
         progress: Callable[[float], None],
     ) -> dict[str, Path]:
-        """Writes what can be written here and says what can't; returns the files by their kind."""
+        """Writes what can be written here and says what can't; returns the files by their kind.
+
+        `plot` and `record` write the plots and the recording to a path; `motion` is drawn.
+        """
         text = json.dumps(figures, indent=2, allow_nan=False)
         self.figures.write_text(text + "\n", encoding="utf-8")
-        draw_figures(rollout, self.plots)
+        plot(self.plots)
         written = {"figures": self.figures, "plots": self.plots}
         try:
-            record(rollout, trajectory, self.recording)
+            record(self.recording)
             written["recording"] = self.recording
         except MissingExtraError as error:
             err.print(f"no recording: {error}", markup=False, style="yellow")
         try:
-            time = PICTURE_SHARE * trajectory.time[-1]
-            render_picture(trajectory, rollout, self.picture, time)
+            time = PICTURE_SHARE * motion.time[-1]
+            render_picture(motion, self.picture, time)
             written["picture"] = self.picture
             if self.video is not None:
-                render_video(trajectory, rollout, self.video, progress=progress)
+                render_video(motion, self.video, progress=progress)
                 written["video"] = self.video
         except GraphicsError as error:
             err.print(f"no picture, no video: {error}", markup=False, style="yellow")
