@@ -53,6 +53,11 @@ void bind_settings(nb::module_& m) {
       .def_rw("scaling_iterations", &OsqpSettings::scaling_iterations)
       .def_rw("polish", &OsqpSettings::polish)
       .def_rw("polish_refinements", &OsqpSettings::polish_refinements);
+  nb::class_<MultipliersSettings>(m, "MultipliersSettings")
+      .def(nb::init<>())
+      .def_rw("stiffness", &MultipliersSettings::stiffness)
+      .def_rw("tolerance", &MultipliersSettings::tolerance)
+      .def_rw("max_iterations", &MultipliersSettings::max_iterations);
   nb::enum_<KernelLevel>(m, "KernelLevel", "Processor level that the kernels are built for.")
       .value("AUTOMATIC", KernelLevel::Automatic)
       .value("X86_64", KernelLevel::X86_64)
@@ -70,7 +75,8 @@ void bind_settings(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("structured", &QpSettings::structured)
       .def_rw("ldl", &QpSettings::ldl)
-      .def_rw("osqp", &QpSettings::osqp);
+      .def_rw("osqp", &QpSettings::osqp)
+      .def_rw("multipliers", &QpSettings::multipliers);
   nb::class_<SqpSettings>(m, "SqpSettings", "Settings of the SQP method; see sqp.hpp.")
       .def(nb::init<>())
       .def_rw("qp", &SqpSettings::qp)
@@ -178,6 +184,7 @@ void bind_solvers(nb::module_& m) {
       .def("feedback", &Sqp::feedback, "measured"_a, nb::call_guard<nb::gil_scoped_release>())
       .def_prop_ro("feedback_ms", &Sqp::feedback_ms)
       .def("feedback_gain", &Sqp::feedback_gain)
+      .def_prop_ro("dynamics_multipliers", &Sqp::dynamics_multipliers)
       .def_prop_ro("status", &Sqp::status)
       .def_prop_ro("message", &Sqp::message)
       .def_prop_ro("trajectory", [](const Sqp& s) { return RowMatrix(s.trajectory()); })

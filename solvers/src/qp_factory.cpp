@@ -5,6 +5,7 @@
 
 #include "palanquin/solvers/qp_structured.hpp"
 #include "qp_ldl.hpp"
+#include "qp_multipliers.hpp"
 #include "qp_osqp.hpp"
 
 namespace palanquin {
@@ -21,6 +22,8 @@ constexpr BackEnd kBackEnds[] = {
        return std::make_unique<StructuredQpSolver>(s.structured);
      }},
     {"ldl", [](const QpSettings& s) { return make_ldl_qp_solver(s.ldl); }},
+    {"multipliers",
+     [](const QpSettings& s) { return make_multipliers_qp_solver(s.multipliers, s.structured); }},
     {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
 };
 

@@ -29,11 +29,20 @@ std::string OsqpSettings::explain_invalid() const {
       .sentence();
 }
 
+std::string MultipliersSettings::explain_invalid() const {
+  return SettingRules("multipliers.")
+      .positive("stiffness", stiffness)
+      .positive("tolerance", tolerance)
+      .at_least("max_iterations", max_iterations, 1)
+      .sentence();
+}
+
 std::string QpSettings::explain_invalid() const {
   return SettingRules()
       .nested(structured.explain_invalid())
       .nested(ldl.explain_invalid())
       .nested(osqp.explain_invalid())
+      .nested(multipliers.explain_invalid())
       .sentence();
 }
 

@@ -128,6 +128,21 @@ Eigen::MatrixXd Sqp::feedback_gain() const {
   return expanded;
 }
 
+RowMatrix Sqp::dynamics_multipliers() const {
+  const int horizon = transcription_.horizon();
+  const Eigen::Index size = transcription_.problem().ndx();
+  RowMatrix rows = RowMatrix::Zero(horizon, size);
+  if (solution_.dynamics_multiplier.empty()) return rows;
+  for (int k = 0; k < horizon; ++k) {
+    const Eigen::VectorXd& row = solution_.dynamics_multiplier[k + 1];
+    if (row.size() != size)
+      throw std::logic_error("dynamics_multipliers: knot " + std::to_string(k + 1) +
+                             " carries blocks over, whose multipliers have no row here");
+    rows.row(k) = row;
+  }
+  return rows;
+}
+
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   history_.clear();
@@ -176,8 +191,7 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
     if (feasible)
       finish(Status::Stalled, "no step length was accepted from a feasible point");
     else if (is_usable(record.qp_status) || record.qp_status == QpStatus::PrimalInfeasible)
-      finish(Status::Infeasible,
-             "the constraints cannot be met; " + transcription_.describe_worst_rows(iterate_));
+      finish(Status::Infeasible, "the constraints cannot be met; " + describe_contradiction());
     else
       finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
                                    "' answered: " + std::string(to_string(record.qp_status)));
@@ -185,6 +199,14 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
   record.cost = evaluation_.cost;
   record.penalty = evaluation_.penalty;
   record.equality_max = evaluation_.equality_max;
+}
+
+/// The worst rows of the point that violates a contradicting QP least, or of the iterate.
+std::string Sqp::describe_contradiction() {
+  const StageQpSolution* nearest = qp_solver_->least_violation();
+  if (nearest == nullptr) return transcription_.describe_worst_rows(iterate_);
+  transcription_.step(iterate_, *nearest, 1.0, trial_);
+  return transcription_.describe_worst_rows(trial_);
 }
 
 bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepared) {

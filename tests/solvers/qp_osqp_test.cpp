@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "palanquin/solvers/qp_factory.hpp"
 #include "support/dense_qp.hpp"
@@ -42,41 +41,6 @@ Solved solve(const StageQp& qp, QpSolver& solver) {
   s.model.expand(qp, s.solution.w);
   s.status = solver.solve(qp, s.model, s.solution);
   return s;
-}
-
-TEST(Osqp, HardRowsMeetTheKktConditions) {
-  const auto solver = make_qp_solver("osqp", tight());
-  int active = 0;
-  for (unsigned seed = 0; seed < 20; ++seed) {
-    SCOPED_TRACE(seed);
-    const StageQp qp = random_stage_qp(with_hard_rows(), seed);
-    const Solved s = solve(qp, *solver);
-    ASSERT_EQ(s.status, QpStatus::Solved);
-    EXPECT_LE(kkt_residual(qp, s.model, s.solution).max(), 1e-5);
-    for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-      Eigen::VectorXd row = qp.stages[k].inequality_value;
-      qp.stages[k].inequality_jacobian.multiply_add(s.solution.w[k].data(), row.data());
-      const Eigen::VectorXd& multiplier = s.solution.inequality_multiplier[k];
-      for (Eigen::Index i = 0; i < row.size(); ++i) {
-        EXPECT_LE(row[i], 1e-6);
-        EXPECT_GE(multiplier[i], -1e-6);
-        EXPECT_LE(std::abs(row[i] * multiplier[i]), 1e-5);
-        active += multiplier[i] > 1e-3;
-      }
-    }
-  }
-  EXPECT_GT(active, 20);  // or the conditions above would say little
-}
-
-TEST(Osqp, HardRowsThatContradictEachOtherAreInfeasible) {
-  StageQp qp = random_stage_qp(with_hard_rows(), 2);
-  QpStage& stage = qp.stages[1];
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, stage.nw());
-  rows(0, stage.nx) = 1.0;
-  rows(1, stage.nx) = -1.0;
-  stage.inequality_jacobian = SparseBlock::from_dense(rows);
-  stage.inequality_value = Eigen::Vector2d(1.0, 1.0);  // u <= -1 and u >= 1
-  EXPECT_EQ(solve(qp, *make_qp_solver("osqp")).status, QpStatus::PrimalInfeasible);
 }
 
 TEST(Osqp, RunningOutOfIterationsIsInaccurateAndFinite) {

@@ -36,6 +36,9 @@ TEST(QpSettings, NamesTheFieldTheValueAndTheRule) {
       {"osqp.relaxation", [](auto& s) { s.osqp.relaxation = -7; }},
       {"osqp.scaling_iterations", [](auto& s) { s.osqp.scaling_iterations = -7; }},
       {"osqp.polish_refinements", [](auto& s) { s.osqp.polish_refinements = -7; }},
+      {"multipliers.stiffness", [](auto& s) { s.multipliers.stiffness = -7; }},
+      {"multipliers.tolerance", [](auto& s) { s.multipliers.tolerance = -7; }},
+      {"multipliers.max_iterations", [](auto& s) { s.multipliers.max_iterations = -7; }},
   };
   for (const BadSetting& bad : bad_settings) {
     QpSettings settings;

@@ -37,11 +37,22 @@ struct OsqpSettings {
   std::string explain_invalid() const;
 };
 
+/// Settings of the back end "multipliers": hard rows by the method of multipliers around the
+/// structured solver, whose own settings are StructuredQpSettings.
+struct MultipliersSettings {
+  double stiffness = 1e4;   ///< rho of a row, times the curvature of the variables that it is over
+  double tolerance = 1e-8;  ///< on hard rows, in their unit
+  int max_iterations = 60;  ///< Riccati recursions
+
+  std::string explain_invalid() const;
+};
+
 /// Settings of every QP back end, each under its own name.
 struct QpSettings {
   StructuredQpSettings structured;
   LdlSettings ldl;
   OsqpSettings osqp;
+  MultipliersSettings multipliers;
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;

@@ -64,6 +64,10 @@ class QpSolver {
   /// back end does not know it.
   virtual Eigen::MatrixXd feedback_gain() const { return {}; }
 
+  /// After PrimalInfeasible, a point that violates the contradicting rows least, if the back end
+  /// has one; null otherwise. Valid until the next solve.
+  virtual const StageQpSolution* least_violation() const { return nullptr; }
+
   /// Milliseconds of the last solve: value update with (re)factorisation, and the rest.
   double update_ms() const { return update_ms_; }
   double solve_ms() const { return solve_ms_; }

@@ -115,6 +115,10 @@ class Sqp {
   /// Empty when the QP back end gives none (only "structured" does).
   Eigen::MatrixXd feedback_gain() const;
 
+  /// Multipliers of the dynamics in the last QP [N, ndx], row k of those from knot k to k + 1: how
+  /// the cost changes with an offset of x_{k+1}. Throws std::logic_error where blocks are carried.
+  RowMatrix dynamics_multipliers() const;
+
   Status status() const { return status_; }
   /// Which test stopped the solve, in words.
   const std::string& message() const { return message_; }
@@ -136,6 +140,7 @@ class Sqp {
   void take_step(IterationRecord& record, bool is_prepared);
   bool try_step(IterationRecord& record, double regularization, bool is_prepared);
   bool search_step(IterationRecord& record);
+  std::string describe_contradiction();
   bool is_cycle(const Merit& trial) const;
   bool is_converged(const IterationRecord& record) const;
   void finish(Status status, std::string_view message);
