@@ -164,6 +164,49 @@ class Sqp(_Solver):
         self._core.solve(p, z, start)
         return self._plan(p, z)
 
+    def advance(
+        self,
+        parameters: NDArray[np.float64],
+        measured: NDArray[np.float64],
+        guess: NDArray[np.float64],
+    ) -> _core.Status:
+        """`solve` on bare arrays [N + 1, np], [nz], [N + 1, nz], for loops at kilohertz.
+
+        The result is in `latest`, `cost` and `message`; no `Plan` is made.
+        """
+        return self._core.solve(parameters, measured, guess)
+
+    @property
+    def latest(self) -> NDArray[np.float64]:
+        """The trajectory [N + 1, nz] of the last solve."""
+        return self._core.trajectory
+
+    @property
+    def cost(self) -> float:
+        """Objective with penalties of the last solve."""
+        evaluation = self._core.evaluation
+        return evaluation.cost + evaluation.penalty
+
+    @property
+    def message(self) -> str:
+        """Which test stopped the last solve, in words."""
+        return self._core.message
+
+    @property
+    def times_ms(self) -> _core.PhaseTimes:
+        """Milliseconds per phase of the last solve."""
+        return self._core.times
+
+    @property
+    def dynamics_multipliers(self) -> NDArray[np.float64]:
+        """Multipliers of the dynamics in the last QP, [N, ndx]; row k from knot k to k + 1."""
+        return self._core.dynamics_multipliers
+
+    @property
+    def transcription(self) -> _core.Transcription:
+        """What linearises and evaluates trajectories of the last solve's parameters."""
+        return self._core.transcription
+
     def prepare(
         self,
         parameters: NamedArray,
