@@ -1,0 +1,72 @@
+"""One linearisation and one QP at an operating point: what every planner solves at every sample."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from palanquin import _core
+from palanquin.plan import Sqp, Status
+from palanquin.problem import Problem
+from palanquin.problems.layered.robot import LIMBS
+
+
+class LinearMpc:
+    """A lowered problem with its solver and its arrays, laid out once.
+
+    The operating point (x_t, u_{t-1}, lambda_{t-1}) is held at every knot of the guess, so that the
+    engine's linearisation about it is (13) and (15); one full step of its QP is the linear MPC.
+
+    Attributes:
+        lowered: the problem.
+        params: its parameters; views into them may be kept and written to.
+        guess: operating points at the knots, [N + 1, nz].
+        columns: where a block stands in a row of `guess`.
+    """
+
+    def __init__(self, problem: Problem, qp: str = "multipliers", **options: Any) -> None:
+        self.lowered = problem.lower()
+        self.params = self.lowered.parameters()
+        options.setdefault("subproblem", {"max_inner_iterations": 1})
+        self.sqp = Sqp(self.lowered, qp=qp, max_iterations=1, globalize=False, **options)
+        self.guess = self.lowered.trajectory().values.copy()
+        self._places = self.lowered.wrap(np.arange(self.guess.shape[1], dtype=float))
+
+    def columns(self, *blocks: str) -> np.ndarray:
+        """Columns of the named blocks, one after the other."""
+        return np.concatenate([self._places[block] for block in blocks]).astype(int)
+
+    def state_columns(self, robot: str) -> np.ndarray:
+        """Columns of (r, v, xi, w), [12]."""
+        return self.columns(*(f"{robot}.{part}" for part in ("r", "v", "xi", "w")))
+
+    def force_columns(self, robot: str) -> np.ndarray:
+        """Columns of the forces, [4, 3]."""
+        return self.columns(*(f"{robot}.{limb}.force" for limb in LIMBS)).reshape(4, 3)
+
+    def solve(self) -> Status:
+        """Solves for what stands in `params` and `guess`; the result is in `trajectory`."""
+        return self.sqp.advance(self.params.values, self.guess[0], self.guess)
+
+    @property
+    def trajectory(self) -> np.ndarray:
+        """The solution [N + 1, nz]."""
+        return self.sqp.latest
+
+    @property
+    def cost(self) -> float:
+        """Optimal cost, constants included."""
+        return self.sqp.cost
+
+    @property
+    def message(self) -> str:
+        """Why the last solve stopped."""
+        return self.sqp.message
+
+    def linearisation(self, knot: int = 0) -> Any:
+        """The QP's stage at a knot, for what stands in `params` and `guess`."""
+        transcription = self.sqp.transcription
+        transcription.set_parameters(self.params.values)
+        transcription.set_measured(self.guess[0])
+        return _core.linearize(transcription, self.guess).stage(knot)
