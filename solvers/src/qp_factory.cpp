@@ -22,9 +22,9 @@ constexpr BackEnd kBackEnds[] = {
        return std::make_unique<StructuredQpSolver>(s.structured);
      }},
     {"ldl", [](const QpSettings& s) { return make_ldl_qp_solver(s.ldl); }},
+    {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
     {"multipliers",
      [](const QpSettings& s) { return make_multipliers_qp_solver(s.multipliers, s.structured); }},
-    {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
 };
 
 }  // namespace

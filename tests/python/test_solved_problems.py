@@ -14,6 +14,7 @@ from palanquin import _core
 TOLERANCES = {
     "structured": (1e-8, 2e-4, 1e-5),
     "ldl": (1e-8, 2e-4, 1e-5),
+    "multipliers": (1e-8, 2e-4, 1e-5),
     "osqp": (1e-7, 5e-4, 1e-5),
     "ipopt": (0.0, 0.0, 1e-6),
 }
@@ -31,7 +32,7 @@ def takes(solver, problem):
     """Whether a back end takes the problem's rows."""
     if solver in ("ldl", "structured") and problem.has_hard_rows:
         return False
-    return not (solver == "structured" and problem.has_link_rows)
+    return not (solver in ("structured", "multipliers") and problem.has_link_rows)
 
 
 CASES = [
@@ -82,7 +83,7 @@ def assert_same(blocks, plan, other, tolerance):
         np.testing.assert_allclose(a[:count], b[:count], rtol=0, atol=tolerance * scale)
 
 
-PAPER_FORM = [c for c in CASES if c[1] not in ("ipopt", "structured")]
+PAPER_FORM = [c for c in CASES if c[1] not in ("ipopt", "structured", "multipliers")]
 
 
 @pytest.mark.parametrize(("name", "solver"), PAPER_FORM)
