@@ -50,6 +50,10 @@ class Terrain(abc.ABC):
         """Values of `local_parameters` around footholds [..., 3] in the world, [..., *shape]."""
         return {}
 
+    def limits(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """Rows <= 0, m, [n] that hold where a foot may stand, n >= 0; as `expression`."""
+        return ca.SX(0, 1)
+
     @property
     def has_gaps(self) -> bool:
         """Whether there are places where no foot may stand."""

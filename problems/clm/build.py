@@ -11,7 +11,7 @@ from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.problems.terrains import Terrain
 
 FORCE_FAMILIES = ("normal", "friction")
-FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch")
+FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch", "area")
 
 
 def build_clm(

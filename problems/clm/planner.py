@@ -234,7 +234,8 @@ class Planner:
         elapsed = 0.0 if self._time is None else time - self._time
         if elapsed <= 0:
             return self.reference
-        return payload_path(self.terrain, self.reference, self._command, 1, elapsed).pose[1]
+        trend = self.terrain.trend
+        return payload_path(trend, self.reference, self._command, 1, elapsed).pose[1]
 
     def solve(self, time: float, state: TeamState, command: Velocity) -> TeamPlan:
         """Plans from a measured state.

@@ -93,10 +93,11 @@ def make_references(
     if robots not in get_args(RobotReferences):
         known = ", ".join(get_args(RobotReferences))
         raise ProblemError(f"references of robots are {robots!r}; they must be one of {known}")
-    path = payload_path(terrain, start, command, horizon + 1, dt)
-    bodies = rigid_motion(team, terrain, path, command)
-    if robots == "ground" and not terrain.is_plane:
-        _put_on_own_ground(team, terrain, bodies, path, dt)
+    trend = terrain.trend
+    path = payload_path(trend, start, command, horizon + 1, dt)
+    bodies = rigid_motion(team, trend, path, command)
+    if robots == "ground" and not trend.is_plane:
+        _put_on_own_ground(team, trend, bodies, path, dt)
     bodies = bodies[:-1]
     return References(bodies, foothold_references(team, bodies[:, 1:], terrain))
 

@@ -7,24 +7,23 @@ from dataclasses import dataclass
 import casadi as ca
 
 from palanquin.problem import Expression
-from palanquin.problems import terrains
 
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """Handle of a terrain.
+    """The ground under one foot.
 
     Attributes:
-        shape: its numeric counterpart.
         friction: static friction coefficient mu.
         xy: symbols of the coordinates, [2].
         z: height over `xy`.
+        limits: rows that are <= 0 where the foot may stand, over `xy`, m, [n].
     """
 
-    shape: terrains.Terrain
     friction: Expression
     xy: Expression
     z: Expression
+    limits: Expression
 
     def height(self, xy: Expression) -> Expression:
         """z_g at `xy` [2], m."""

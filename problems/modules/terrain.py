@@ -5,22 +5,25 @@ Equations (6), (9), (10) of De Vincenti and Coros on a height map z_g(x, y).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from palanquin.problem import Problem
+from palanquin.problem import Expression, Problem
 from palanquin.problems import checks, terrains
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.leg import Foot
-from palanquin.problems.modules.limits import FORCE_POLICY, FORCE_UNIT
+from palanquin.problems.modules.limits import AREA_POLICY, FORCE_POLICY, FORCE_UNIT
 
 
 class Terrain:
     """Puts every foot that the problem has so far on a ground.
 
-    Adds the parameters of the shape, prefixed `terrain.`, and `terrain.friction`. Rows of
-    forces count in units of 100 N.
+    Adds the parameters of the shape, prefixed `terrain.`, those that describe the ground around one
+    foot, prefixed `<robot>.<limb>.ground.`, and `terrain.friction`. Rows of forces count in units
+    of 100 N. Where the shape has limits, standing feet keep within them (family `area`).
 
     Args:
         shape: any `palanquin.problems.terrains.Terrain`; flat, plane and ramp share one
@@ -32,29 +35,41 @@ class Terrain:
         self.shape = shape or terrains.Flat()
         self.friction = checks.positive("terrain.friction", friction)
 
-    def add_to(self, problem: Problem) -> Ground:
-        """Adds touchdown, normal and friction rows for all feet."""
-        xy = ca.SX.sym("xy", 2)
-        values = {
+    def add_to(self, problem: Problem) -> None:
+        """Adds touchdown, normal and friction rows for all feet, and the shape's limits."""
+        shared = {
             name: problem.parameter(f"terrain.{name}", len(value), value)
             for name, value in self.shape.parameters().items()
         }
-        ground = Ground(
-            shape=self.shape,
-            friction=problem.parameter("terrain.friction", default=self.friction),
+        friction = problem.parameter("terrain.friction", default=self.friction)
+        around_origin = self.shape.around(np.zeros(3))
+        for foot in problem.handles(Foot):
+            own = {
+                name: problem.parameter(
+                    f"{foot.robot}.{foot.limb}.ground.{name}", shape, around_origin[name]
+                )
+                for name, shape in self.shape.local_parameters().items()
+            }
+            foot.ground = self._ground({**shared, **own}, friction)
+            self._add_contact(problem, foot.ground, foot)
+
+    def _ground(self, values: Mapping[str, Expression], friction: Expression) -> Ground:
+        xy = ca.SX.sym("xy", 2)
+        return Ground(
+            friction=friction,
             xy=xy,
             z=ca.SX(self.shape.expression(xy[0], xy[1], values)),
+            limits=self.shape.limits(xy[0], xy[1], values),
         )
-        for foot in problem.handles(Foot):
-            foot.ground = ground
-            self._add_contact(problem, ground, foot)
-        return ground
 
     def _add_contact(self, problem: Problem, ground: Ground, foot: Foot) -> None:
         owner: dict[str, Any] = {"robot": foot.robot, "limb": foot.limb}
         xy = foot.position[:2]
         above = foot.position[2] - ground.height(xy)
         problem.equality("touchdown", above, active=foot.touchdown, implied=True, **owner)  # (6)
+        if ground.limits.numel():
+            limits = ca.substitute(ground.limits, ground.xy, xy)
+            problem.inequality("area", limits, AREA_POLICY, active=foot.contact, **owner)
 
         normal, tangent_xz, tangent_yz = ground.frame(xy)
         pressure = ca.dot(foot.force, normal) / FORCE_UNIT

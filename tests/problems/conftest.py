@@ -77,6 +77,18 @@ def team():
 
 
 @pytest.fixture(scope="session")
+def team_abreast():
+    """Two Laikagos side by side, 1.2 m apart: Table I."""
+    return clm.Team(
+        clm.Payload(),
+        (
+            clm.Carrier("left", attach=(0.0, 0.6, 0.0)),
+            clm.Carrier("right", attach=(0.0, -0.6, 0.0)),
+        ),
+    )
+
+
+@pytest.fixture(scope="session")
 def problem(team):
     """The team on the ramp, with room for two ditches."""
     return clm.build_clm(team, terrain=Ramp(height=1.6, slope=0.8, x=3.0), ditches=2)

@@ -5,9 +5,29 @@ import numpy as np
 import pytest
 
 from palanquin import lowering
-from palanquin.problems import quaternions
+from palanquin.problems import clm, quaternions
+from palanquin.problems import modules as m
+from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
+from palanquin.problems.height_map import HeightMap
+from palanquin.problems.terrains import Ramp
 
 STEP = 1e-6
+LINES = ([1.0, 0.2, -0.3, 0.4], [0.1, 1.0, 0.5, 0.3])
+
+# Every kind of terrain and every optional module, each in a problem of its own.
+PROBLEMS = {
+    "ramp": {"terrain": Ramp(height=1.6, slope=0.8, x=3.0), "ditches": m.Ditches(2, LINES)},
+    "squared ditches": {"ditches": m.Ditches(2, LINES, formulation="squared")},
+    "areas": {
+        "terrain": FootholdAreas((FootholdArea.rectangle((0.1, 0.2), (0.5, 0.3), 0.1, 0.4, 0.2),))
+    },
+    "height map": {"terrain": HeightMap(np.random.default_rng(0).uniform(-0.1, 0.1, (9, 12)))},
+}
+
+
+@pytest.fixture(scope="module", params=PROBLEMS)
+def problem(request, team):
+    return clm.build_clm(team, **PROBLEMS[request.param])
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +83,6 @@ def dense(x):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_running_terms(problem, functions, evaluate, seed):
     point = evaluate(problem, seed)
-    point.parameters["ditches"][:] = [1.0, 0.2, -0.3, 0.4], [0.1, 1.0, 0.5, 0.3]
     z, z_next, p = point.stacked(point.values), point.stacked(point.next), point.p
     d, _, _, _, dd_dz, dd_dnext, gradient, _, dg, dh = map(
         dense, functions["running_linear"](z, z_next, p)

@@ -1,0 +1,275 @@
+"""Ground of which only convex areas may be stepped on: stones, stairs, walkways.
+
+De Vincenti and Coros name the idea after (11): a passable convex area is an intersection of
+half-spaces a . p + b <= 0. Each area here is a polygon over which the ground is a plane of its own.
+Which area a foothold belongs to is a choice that no gradient makes: every start of a planner has
+made it, and a foot's half-spaces and plane are run-time parameters that follow from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from palanquin.errors import ProblemError
+from palanquin.problems import checks
+from palanquin.problems.height_map import TREND_WIDTH, HeightMap
+from palanquin.problems.terrains import Terrain
+
+_TREND_SPACING = 0.05  # m
+_CELL = 0.05  # of the grid that says which areas are near, m
+_NEAR = 6  # so many
+
+
+@dataclass(frozen=True, eq=False)
+class FootholdArea:
+    """A convex polygon and the plane z = z0 + ax x + ay y over it.
+
+    Attributes:
+        corners: (x, y) in order, m, [n, 2], n >= 3; either way round.
+        plane: (z0, ax, ay) in m and m/m.
+
+    Raises ProblemError unless the polygon is convex and has an area.
+    """
+
+    corners: np.ndarray
+    plane: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        given = np.asarray(self.corners, dtype=float)
+        if given.ndim != 2 or len(given) < 3:
+            raise ProblemError(f"area: corners have shape {given.shape}; (n, 2), n >= 3, is needed")
+        corners = checks.array("area: corners", given, len(given), 2)
+        checks.array("area: plane", self.plane, 3)
+        sides = np.roll(corners, -1, axis=0) - corners
+        following = np.roll(sides, -1, axis=0)
+        turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+        if not ((turns > 0).all() or (turns < 0).all()):
+            raise ProblemError(
+                f"area: corners {corners.tolist()} do not go round a convex polygon without "
+                "straight corners"
+            )
+        object.__setattr__(self, "corners", corners if turns[0] > 0 else corners[::-1])
+
+    @staticmethod
+    def rectangle(
+        centre: Sequence[float],
+        size: Sequence[float],
+        z: float = 0.0,
+        yaw: float = 0.0,
+        slope: float = 0.0,
+    ) -> FootholdArea:
+        """A rectangle of `size` (length, width), m, around `centre` (x, y), turned by `yaw`, rad.
+
+        Its height is `z`, m, in the middle and rises by `slope`, m/m, along its length.
+        """
+        cos, sin = np.cos(yaw), np.sin(yaw)
+        length, width = checks.positive_array("area: size", size, 2)
+        offsets = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * np.array([length, width]) / 2
+        x, y = checks.array("area: centre", centre, 2)
+        corners = np.array([x, y]) + offsets @ np.array([[cos, sin], [-sin, cos]])
+        ax, ay = slope * cos, slope * sin
+        return FootholdArea(corners, (z - ax * x - ay * y, ax, ay))
+
+    def half_spaces(self, margin: float = 0.0) -> np.ndarray:
+        """(a, b, c) [n, 3] with a x + b y + c <= 0 at points inside, at least `margin` from the
+        sides; a^2 + b^2 = 1, m.
+        """
+        sides = np.roll(self.corners, -1, axis=0) - self.corners
+        normals = np.column_stack([sides[:, 1], -sides[:, 0]])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        return np.column_stack([normals, margin - (normals * self.corners).sum(axis=1)])
+
+    def shrunk(self, margin: float) -> np.ndarray:
+        """Corners [m, 2] of the polygon inside, `margin` from all sides; fewer if one vanishes."""
+        lines = self.half_spaces(margin)
+        pairs = zip(np.roll(lines, 1, axis=0), lines, strict=True)
+        corners = np.array([np.linalg.solve([a[:2], b[:2]], [-a[2], -b[2]]) for a, b in pairs])
+        outside = (corners @ lines[:, :2].T + lines[:, 2]).max(axis=1)
+        return corners[outside < 1e-9]
+
+
+@dataclass(frozen=True, eq=False)
+class FootholdAreas(Terrain):
+    """Areas that feet may stand on; elsewhere they may not.
+
+    Where there is no area, the height is that of the nearest one, so that references exist
+    everywhere.
+
+    Attributes:
+        areas: at least one.
+        margin: how far from an area's sides footholds keep, m.
+        sides: how many sides the compiled code foresees; areas with fewer fit.
+    """
+
+    areas: tuple[FootholdArea, ...]
+    margin: float = 0.02
+    sides: int = 6
+
+    def __post_init__(self) -> None:
+        checks.non_negative("areas: margin", self.margin)
+        if not self.areas:
+            raise ProblemError("areas: there is none; feet must stand somewhere")
+        for i, area in enumerate(self.areas):
+            if len(area.corners) > self.sides:
+                raise ProblemError(
+                    f"areas[{i}] has {len(area.corners)} sides; at most {self.sides} are possible"
+                )
+            if len(area.shrunk(self.margin)) < len(area.corners):
+                raise ProblemError(
+                    f"areas[{i}] is too small for footholds {self.margin} m from all its sides"
+                )
+
+    def parameters(self) -> Mapping[str, np.ndarray]:
+        """None that all feet share."""
+        return {}
+
+    def local_parameters(self) -> Mapping[str, tuple[int, ...]]:
+        """A foothold's half-spaces `sides` (a, b, c) and its `plane` (z0, ax, ay)."""
+        return {"sides": (self.sides, 3), "plane": (3,)}
+
+    def around(self, points: np.ndarray) -> Mapping[str, np.ndarray]:
+        """The area in which each point lies, or the nearest; of several the one nearest in z."""
+        near = self._near(points)
+        distance = np.maximum(self._excess(near, points), 0.0)
+        distance += np.abs(points[..., 2, None] - self._heights(near, points))
+        chosen = _pick(near, distance.argmin(axis=-1))
+        return {"sides": self._half_spaces[chosen], "plane": self._planes[chosen]}
+
+    def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """The plane of the foothold's area."""
+        z0, ax, ay = ca.vertsplit(parameters["plane"])
+        return z0 + ax * x + ay * y
+
+    def limits(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
+        """Distances from the half-spaces of the foothold's area, m, [sides]; negative inside."""
+        return parameters["sides"] @ ca.vertcat(x, y, 1)
+
+    @property
+    def has_gaps(self) -> bool:
+        """True: only areas may be stepped on."""
+        return True
+
+    def nearest(self, points: np.ndarray) -> np.ndarray:
+        """Footholds [..., 3] in the areas nearest to points [..., 3], distances seen from above."""
+        return self._offers(points)[..., 0, :]
+
+    def options(self, wanted: np.ndarray) -> np.ndarray:
+        """The nearest points [n, 3] of the nearest areas, the nearest first."""
+        return self._offers(wanted)
+
+    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """z, m, of the area at (x, y), the highest if there are several, else of the nearest."""
+        points = np.stack(np.broadcast_arrays(x, y), axis=-1)
+        near = self._near(points)
+        excess = np.maximum(self._excess(near, points), 0.0)
+        is_nearest = excess <= excess.min(axis=-1, keepdims=True)
+        heights = np.where(is_nearest, self._heights(near, points), -np.inf)
+        return np.asarray(heights.max(axis=-1))
+
+    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
+        """The slope of the same area's plane, [..., 2]."""
+        x, y = np.broadcast_arrays(x, y)
+        points = np.stack([x, y, self.height(x, y)], axis=-1)
+        return self.around(points)["plane"][..., 1:]
+
+    @cached_property
+    def trend(self) -> Terrain:
+        """The heights of the areas, smoothed over the size of a robot's body."""
+        corners = np.concatenate([area.corners for area in self.areas])
+        low, high = corners.min(axis=0) - 3 * TREND_WIDTH, corners.max(axis=0) + 3 * TREND_WIDTH
+        x, y = (
+            np.arange(a, b + _TREND_SPACING, _TREND_SPACING) for a, b in zip(low, high, strict=True)
+        )
+        heights = np.array([self.height(x, row) for row in y])
+        return HeightMap(heights, (float(low[0]), float(low[1])), _TREND_SPACING).trend
+
+    @cached_property
+    def _half_spaces(self) -> np.ndarray:
+        """[areas, sides, 3]; missing ones hold everywhere."""
+        padded = np.tile([0.0, 0.0, -1.0], (len(self.areas), self.sides, 1))
+        for own, area in zip(padded, self.areas, strict=True):
+            own[: len(area.corners)] = area.half_spaces(self.margin)
+        return padded
+
+    @cached_property
+    def _planes(self) -> np.ndarray:
+        return np.array([area.plane for area in self.areas], dtype=float)
+
+    def _near(self, points: np.ndarray) -> np.ndarray:
+        """Indices [..., n] of the areas that may be nearest to points [..., >= 2]."""
+        low, lookup = self._lookup
+        cell = np.rint((points[..., :2] - low) / _CELL).astype(int)
+        cell = np.clip(cell, 0, np.array(lookup.shape[:2]) - 1)
+        return np.asarray(lookup[cell[..., 0], cell[..., 1]])
+
+    @cached_property
+    def _lookup(self) -> tuple[np.ndarray, np.ndarray]:
+        """A grid's first point, and at each point the areas missed by least, [nx, ny, n]."""
+        corners = np.concatenate([area.corners for area in self.areas])
+        low, high = corners.min(axis=0) - _CELL, corners.max(axis=0) + _CELL
+        x, y = (np.arange(a, b + _CELL, _CELL) for a, b in zip(low, high, strict=True))
+        every = np.arange(len(self.areas))
+        columns = [
+            self._excess(every, np.stack([np.full_like(y, along), y], axis=-1)).argsort(
+                axis=-1, kind="stable"
+            )[:, :_NEAR]
+            for along in x
+        ]
+        return low, np.array(columns)
+
+    def _excess(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """By how much points [..., >= 2] miss the worst half-space of `areas` [..., n], m."""
+        lines = self._half_spaces[areas]
+        missed = (lines[..., :2] @ points[..., None, :2, None])[..., 0] + lines[..., 2]
+        return np.asarray(missed.max(axis=-1))
+
+    def _heights(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Z of the planes of `areas` [..., n] at points [..., >= 2], m."""
+        planes = self._planes[areas]
+        return np.asarray(planes[..., 0] + (planes[..., 1:] * points[..., None, :2]).sum(axis=-1))
+
+    def _offers(self, points: np.ndarray) -> np.ndarray:
+        """The point nearest to points [..., 3] in each of the areas around, [..., n, 3]."""
+        near = self._near(points)
+        xy = nearest_in_polygons(self._allowed[near], points[..., None, :2])
+        planes = self._planes[near]
+        z = planes[..., 0] + (planes[..., 1:] * xy).sum(axis=-1)
+        distance = np.linalg.norm(xy - points[..., None, :2], axis=-1)
+        order = distance.argsort(axis=-1, kind="stable")
+        offers = np.concatenate([xy, z[..., None]], axis=-1)
+        return np.take_along_axis(offers, order[..., None], axis=-2)
+
+    @cached_property
+    def _allowed(self) -> np.ndarray:
+        """Corners of the areas, shrunk by the margin, [areas, sides, 2]; the last ones repeated."""
+        shrunk = [area.shrunk(self.margin) for area in self.areas]
+        padding = [(0, self.sides - len(corners)) for corners in shrunk]
+        return np.array(
+            [np.pad(c, (p, (0, 0)), "edge") for c, p in zip(shrunk, padding, strict=True)]
+        )
+
+
+def _pick(values: np.ndarray, index: np.ndarray) -> np.ndarray:
+    return np.take_along_axis(values, index[..., None], axis=-1)[..., 0]
+
+
+def nearest_in_polygons(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points [..., 2] of convex polygons (corners anticlockwise, [..., n, 2]) nearest to `points`.
+
+    Corners may be repeated.
+    """
+    sides = np.roll(corners, -1, axis=-2) - corners
+    from_corners = points[..., None, :] - corners
+    turns = sides[..., 0] * from_corners[..., 1] - sides[..., 1] * from_corners[..., 0]
+    lengths = np.maximum((sides**2).sum(axis=-1), np.finfo(float).tiny)
+    share = np.clip((from_corners * sides).sum(axis=-1) / lengths, 0.0, 1.0)
+    on_sides = corners + share[..., None] * sides
+    distance = np.linalg.norm(on_sides - points[..., None, :], axis=-1)
+    nearest = np.take_along_axis(on_sides, distance.argmin(axis=-1)[..., None, None], axis=-2)
+    inside = (turns >= 0).all(axis=-1, keepdims=True)
+    return np.where(inside, points, nearest[..., 0, :])
