@@ -61,7 +61,7 @@ def test_a_pushed_team_holds_its_payload(known):
     moved = np.abs(bodies[..., 1] - bodies[0, :, 1]).max(axis=0)
     assert moved[0] < 0.05
     # Who knows of a push stands against it from its first moment on.
-    assert moved[1] < 1e-3 if known else moved[1] > 0.01
+    assert moved[1] < 5e-3 if known else moved[1] > 2e-2
 
 
 def test_a_known_push_stands_in_the_plan_while_it_lasts():
