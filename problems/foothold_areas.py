@@ -84,6 +84,11 @@ class FootholdArea:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         return np.column_stack([normals, margin - (normals * self.corners).sum(axis=1)])
 
+    def edge(self) -> np.ndarray:
+        """The corners on the ground, m, [n, 3]."""
+        z0, ax, ay = self.plane
+        return np.column_stack([self.corners, z0 + self.corners @ [ax, ay]])
+
     def shrunk(self, margin: float) -> np.ndarray:
         """Corners [m, 2] of the polygon inside, `margin` from all sides; fewer if one vanishes."""
         lines = self.half_spaces(margin)

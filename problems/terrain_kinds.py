@@ -10,6 +10,13 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from palanquin.problems import terrains
+from palanquin.problems.rough_kinds import (
+    AreasKind,
+    HeightMapKind,
+    StairsKind,
+    StonesKind,
+    WalkwayKind,
+)
 from palanquin.schema import Finite, Positive, Strict
 
 
@@ -53,4 +60,14 @@ class RampKind(Strict):
         return terrains.Ramp(self.H, self.kappa, self.xg)
 
 
-TerrainKind = Annotated[FlatKind | PlaneKind | RampKind, Field(discriminator="type")]
+TerrainKind = Annotated[
+    FlatKind
+    | PlaneKind
+    | RampKind
+    | StairsKind
+    | StonesKind
+    | WalkwayKind
+    | AreasKind
+    | HeightMapKind,
+    Field(discriminator="type"),
+]

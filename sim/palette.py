@@ -18,6 +18,8 @@ PAYLOAD_PLAN: Colour = (0.20, 0.75, 0.35, 1.0)
 FORCE: Colour = (0.90, 0.20, 0.25, 0.9)
 TILES = ((0.60, 0.63, 0.66), (0.54, 0.57, 0.60))
 """Light and dark tiles of the ground, RGB."""
+GAP: Colour = (0.36, 0.38, 0.40, 1.0)
+"""The floor between areas that may be stepped on."""
 DITCH: Colour = (0.025, 0.025, 0.03, 1.0)
 DITCH_EDGE: Colour = (0.90, 0.75, 0.15, 1.0)
 

@@ -7,7 +7,9 @@ import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
 
+from palanquin.problems.foothold_areas import FootholdAreas
 from palanquin.sim.area import TILE, Area
+from palanquin.sim.area_prisms import floor_below, prism
 from palanquin.sim.ditch_strips import ditch_strips
 from palanquin.sim.ground import is_planar
 from palanquin.sim.interpolation import rotate
@@ -37,6 +39,9 @@ def log_body(recording: rr.RecordingStream, path: str, model: mujoco.MjModel, bo
 def log_terrain(recording: rr.RecordingStream, path: str, scene: Scene, points: Array) -> None:
     """Log the tiled ground around `points` [n, >=2] (m) and its ditches."""
     area = Area.around(points, margin=4.0)
+    if isinstance(scene.team.ground, FootholdAreas):
+        recording.log(path, _foothold_areas(scene.team.ground), static=True)
+        return
     grid = area.surface(scene.team.ground, TILE if is_planar(scene.team.terrain) else TILE / 5)
     # Cells have corners of their own, so that each has one colour.
     corners = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=2)
@@ -61,6 +66,19 @@ def log_terrain(recording: rr.RecordingStream, path: str, scene: Scene, points: 
             fill_mode=_SOLID,
         )
         recording.log(f"{path}/ditches", boxes, static=True)
+
+
+def _foothold_areas(ground: FootholdAreas) -> rr.Mesh3D:
+    """Prisms, flat shaded by corners of their own for each triangle."""
+    floor = floor_below(ground)
+    prisms = [corners[triangles] for corners, triangles in (prism(a, floor) for a in ground.areas)]
+    colours = [np.tile(TILES[i % 2], (3 * len(p), 1)) for i, p in enumerate(prisms)]
+    triangles = np.concatenate(prisms)
+    return rr.Mesh3D(
+        vertex_positions=triangles.reshape(-1, 3),
+        vertex_normals=_flat_normals(triangles),
+        vertex_colors=_bytes(np.concatenate(colours)),
+    )
 
 
 def quaternion_xyzw(quaternion: Array) -> Array:
@@ -126,14 +144,19 @@ def _meshes(model: mujoco.MjModel, geoms: Array) -> rr.Mesh3D:
         corners.append(vertices[faces])
         colours.append(np.tile(colour, (3 * count, 1)))
     triangles = np.concatenate(corners)
+    return rr.Mesh3D(
+        vertex_positions=triangles.reshape(-1, 3),
+        vertex_normals=_flat_normals(triangles),
+        vertex_colors=np.concatenate(colours),
+    )
+
+
+def _flat_normals(triangles: Array) -> Array:
+    """The normal of each of `triangles` [n, 3, 3], once for each corner, [3 n, 3]."""
     edges = triangles[:, 1:] - triangles[:, :1]
     normal = np.cross(edges[:, 0], edges[:, 1])
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-    return rr.Mesh3D(
-        vertex_positions=triangles.reshape(-1, 3),
-        vertex_normals=np.repeat(normal, 3, axis=0),
-        vertex_colors=np.concatenate(colours),
-    )
+    return np.repeat(normal, 3, axis=0)
 
 
 def _colours(model: mujoco.MjModel, geoms: Array) -> NDArray[np.uint8]:

@@ -3,16 +3,21 @@
 import mujoco
 import numpy as np
 
+from palanquin.problems.foothold_areas import FootholdAreas
 from palanquin.sim.area import TILE, Area
+from palanquin.sim.area_prisms import floor_below, prism
 from palanquin.sim.ditch_strips import ditch_strips, frame_quaternion
 from palanquin.sim.ground import is_planar
-from palanquin.sim.palette import TILES
+from palanquin.sim.palette import GAP, TILES
 from palanquin.sim.team import Team
 
 
 def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> None:
-    """Add geom `ground` that covers `area`: a plane, or for a ramp a height field."""
+    """Add the ground that covers `area`: geom `ground`, a plane or height field, or prisms."""
     ground, (half_x, half_y) = team.ground, area.half
+    if isinstance(ground, FootholdAreas):
+        _add_foothold_areas(spec, ground, area, friction)
+        return
     tiles = add_tiles(spec)
     geom = spec.worldbody.add_geom(
         name="ground", material="ground", contype=1, conaffinity=0, friction=(friction, 5e-3, 1e-4)
@@ -38,6 +43,33 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
     geom.type = mujoco.mjtGeom.mjGEOM_HFIELD
     geom.hfieldname = "ground"
     geom.pos = (*area.centre, base)
+
+
+def _add_foothold_areas(
+    spec: mujoco.MjSpec, ground: FootholdAreas, area: Area, friction: float
+) -> None:
+    """A prism `area/<i>` over a dark floor for each area that may be stepped on."""
+    floor = floor_below(ground)
+    spec.worldbody.add_geom(
+        name="floor",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        pos=(*area.centre, floor),
+        size=(*area.half, 0.5),
+        rgba=GAP,
+    )
+    for i, foothold in enumerate(ground.areas):
+        name = f"area/{i}"
+        corners, triangles = prism(foothold, floor)
+        spec.add_mesh(name=name, uservert=corners.ravel(), userface=triangles.ravel())
+        spec.worldbody.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            rgba=(*TILES[i % 2], 1.0),
+            contype=1,
+            conaffinity=0,
+            friction=(friction, 5e-3, 1e-4),
+        )
 
 
 def add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:

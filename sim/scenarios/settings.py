@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field
 from palanquin._core import qp_solver_names
 from palanquin.policies import Penalty
 from palanquin.problems.clm.build import FAMILIES
+from palanquin.problems.clm.planner import FootholdRule
 from palanquin.problems.clm.references import RobotReferences
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.schema import NonNegative, Positive, Strict
@@ -99,6 +100,9 @@ class PlannerSettings(Strict):
     candidates: Annotated[int, Field(ge=1, le=64)] = Field(
         1, description="choices of footholds solved side by side"
     )
+    footholds: FootholdRule = Field(
+        "hips", description="reference footholds: below the hips, or half a stance ahead"
+    )
     references: RobotReferences = Field(
         "ground",
         description="robots over their own ground, or rigid with the payload as in the paper",
@@ -118,6 +122,7 @@ class PlannerSettings(Strict):
         """As options of `clm.Planner`."""
         return {
             "candidates": self.candidates,
+            "footholds": self.footholds,
             "references": self.references,
             "qp": self.qp,
             "threads": self.threads,
