@@ -37,16 +37,22 @@ class Scenario(Strict):
     the constructor is called.
     """
 
-    name: Name
+    name: Name = Field(description="of its files and figures; in a file, that file's unless told")
     summary: str = Field("", description="what one should see, in a sentence")
-    robots: Annotated[tuple[Robot, ...], Field(strict=False, min_length=1, max_length=MOST_ROBOTS)]
-    payload: Payload = Payload()
+    robots: Annotated[
+        tuple[Robot, ...], Field(strict=False, min_length=1, max_length=MOST_ROBOTS)
+    ] = Field(description="who carries")
+    payload: Payload = Field(Payload(), description="what they carry")
     terrain: TerrainKind = FlatKind(type="flat")
     ditches: Ditches = Field(_NO_DITCHES, description="strips of ground that no foot may touch")
     command: AnyCommand = Field(description="how the payload shall move")
-    gait_changes: Annotated[tuple[GaitChange, ...], Field(strict=False)] = ()
-    pushes: Annotated[tuple[Push, ...], Field(strict=False)] = ()
-    planner: PlannerSettings = PlannerSettings()
+    gait_changes: Annotated[tuple[GaitChange, ...], Field(strict=False)] = Field(
+        (), description="on the way"
+    )
+    pushes: Annotated[tuple[Push, ...], Field(strict=False)] = Field(
+        (), description="that disturb them"
+    )
+    planner: PlannerSettings = Field(PlannerSettings(), description="how they plan")
     duration: Positive = Field(10.0, description="of the run, s")
     seed: Annotated[int, Field(ge=0)] = Field(
         0,

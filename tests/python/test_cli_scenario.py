@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from palanquin.cli import app
-from palanquin.sim.scenarios import SHIPPED, open_scenario
+from palanquin.sim.scenarios import SHIPPED, Scenario, open_scenario
 
 
 def run(*arguments):
@@ -37,6 +37,14 @@ def test_the_schema_describes_every_field():
     assert {"robots", "payload", "terrain", "command", "pushes"} <= set(schema["properties"])
     assert schema["additionalProperties"] is False
     assert schema["required"] == ["name", "robots", "command"]
+
+
+def test_the_reference_names_every_field_with_its_default():
+    status, text = run("fields")
+    assert status == 0
+    assert all(f"| `{field}` |" in text for field in Scenario.model_fields)
+    assert "| `height` | number over 0 | `0.47` |" in text
+    assert "| `attach` | 3 x number | needed | grasp point" in text
 
 
 @pytest.mark.parametrize(

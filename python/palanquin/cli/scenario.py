@@ -46,6 +46,16 @@ def schema() -> None:
 
 
 @app.command()
+def fields() -> None:
+    """Prints every field of a scenario file with its kind, unit and default, as Markdown."""
+    from palanquin.cli.scenario_fields import reference
+    from palanquin.sim.scenarios import Scenario
+
+    text = reference(Scenario.model_json_schema())
+    out.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+@app.command()
 def check(name: Source) -> None:
     """Says in words what is wrong with a scenario, by file and line where it can: values of the
     wrong kind, and what cannot be, such as a payload out of reach or a slope over the friction
