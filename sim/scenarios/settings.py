@@ -107,6 +107,10 @@ class PlannerSettings(Strict):
         "ground",
         description="robots over their own ground, or rigid with the payload as in the paper",
     )
+    footholds: FootholdRule = Field(
+        "hips",
+        description="references: below the hips, as in the paper, or raibert, ahead of them",
+    )
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(
@@ -124,6 +128,7 @@ class PlannerSettings(Strict):
             "candidates": self.candidates,
             "footholds": self.footholds,
             "references": self.references,
+            "footholds": self.footholds,
             "qp": self.qp,
             "threads": self.threads,
             "max_iterations": self.iterations,
