@@ -1,0 +1,179 @@
+"""What is run: the scenarios of section IV, and what each of them must show."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from palanquin.benchmarks.clm_paper.figures_of_runs import (
+    Row,
+    deepest_foothold,
+    is_across,
+    payload_shift,
+    steepest_lean,
+    step_towards_payload,
+)
+from palanquin.sim.rollout import Rollout
+from palanquin.sim.scenarios import Scenario, open_scenario
+
+Measure = Callable[[Scenario, Rollout], Row]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One thing that a run must show: `holds` says so of its row, `words` and `value` to a reader.
+
+    `value` takes the number to print out of a row, in the unit that `words` names; small ones are
+    good unless `more_is_better`.
+    """
+
+    words: str
+    value: Callable[[Row], float]
+    holds: Callable[[Row], bool]
+    more_is_better: bool = False
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A scenario that is run from several seeds.
+
+    Attributes:
+        name: key of its rows and part of its files' names.
+        title: for the report.
+        scenario: what is run, with the seed still to be chosen.
+        measure: figures of a run beyond those that every run has.
+        criteria: what each run must show; empty for a run that is there to be compared with.
+        seeds: how many runs at most; all that were asked for unless told.
+    """
+
+    name: str
+    title: str
+    scenario: Scenario
+    measure: Measure
+    criteria: tuple[Criterion, ...] = ()
+    seeds: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.seeds is not None and self.seeds < 1:
+            raise ValueError(f"experiment {self.name}: seeds {self.seeds} must be at least 1")
+
+
+def planned(scenario: Scenario, **settings: Any) -> Scenario:
+    """The scenario with other settings of its planner."""
+    return scenario.changed(planner={**dict(scenario.planner), **settings})
+
+
+def at_most(words: str, value: Callable[[Row], float], limit: float) -> Criterion:
+    """A criterion that a value is at most `limit`."""
+    return Criterion(f"{words} (at most {limit:g})", value, lambda row: value(row) <= limit)
+
+
+COMPLETED = Criterion(
+    "completed without a fall",
+    lambda row: float(row["completed"]),
+    lambda row: row["completed"],
+    more_is_better=True,
+)
+ON_TIME = at_most("plans later than the period", lambda row: len(row["late"]), 0)
+USABLE = at_most("solves without a usable plan", lambda row: len(row["fallbacks"]), 0)
+REACH = at_most("leg over its limit, mm", lambda row: 1e3 * row["violation"]["leg"], 1.0)
+ALWAYS = (COMPLETED, USABLE, ON_TIME)
+
+
+def paper_experiments() -> tuple[Experiment, ...]:
+    """Push, ditches, ramp up and down; with the paper's own settings where ours differ."""
+    push, ditch = open_scenario("push"), open_scenario("ditch")
+    printed = {**dict(push.planner.weights), "torque": (1e-8, 1e-8, 1e-8)}
+    return (
+        Experiment(
+            "push",
+            "A push of 164 N for 0.8 s",
+            push,
+            _measure_push,
+            (
+                *ALWAYS,
+                at_most("payload moved, cm", lambda row: 1e2 * row["payload_shift_m"], 5.0),
+                at_most("roll or pitch, deg", lambda row: row["lean_deg"], 30.0),
+                Criterion(
+                    "step of the other robot towards the payload, cm (more than 1)",
+                    lambda row: 1e2 * row["step_towards_payload_m"],
+                    lambda row: row["step_towards_payload_m"] > 0.01,
+                    more_is_better=True,
+                ),
+            ),
+        ),
+        Experiment(
+            "push-printed",
+            "The push with Table I's weight of hand torques",
+            planned(push, weights=printed),
+            _measure_push,
+            seeds=1,
+        ),
+        Experiment(
+            "ditch",
+            "12 random ditches up to 32 cm wide",
+            ditch,
+            _measure_ditch,
+            (
+                *ALWAYS,
+                Criterion(
+                    "last hind foot past the last ditch",
+                    lambda row: float(row["is_across"]),
+                    lambda row: row["is_across"],
+                    more_is_better=True,
+                ),
+                at_most(
+                    "foothold inside a ditch, mm", lambda r: 1e3 * r["deepest_foothold_m"], 1.0
+                ),
+                at_most(
+                    "payload's error, cm rms",
+                    lambda row: 1e2 * row["payload_position_error_m"]["rms"],
+                    5.0,
+                ),
+            ),
+        ),
+        *_ramps("ramp", "The ramp of 38.7 degrees, climbed"),
+        *_ramps("ramp-down", "The ramp, descended"),
+    )
+
+
+def _ramps(name: str, title: str) -> tuple[Experiment, ...]:
+    """Our references, and the paper's once: with our stiffness of the legs' limits, and its own."""
+    scenario = open_scenario(name)
+    papers = planned(scenario, references="rigid", footholds="hips")
+    printed = {family: {"stiffness": 42.0, "smoothing": 1e-4} for family in ("leg", "arm")}
+    return (
+        Experiment(name, title, scenario, _nothing_more, (*ALWAYS, REACH)),
+        Experiment(
+            f"{name}-rigid", f"{title}, the paper's references", papers, _nothing_more, seeds=1
+        ),
+        Experiment(
+            f"{name}-printed",
+            f"{title}, the paper's references and Table I's K of legs and arms",
+            planned(papers, penalties=printed),
+            _nothing_more,
+            seeds=1,
+        ),
+    )
+
+
+def _measure_push(scenario: Scenario, rollout: Rollout) -> Row:
+    since = scenario.pushes[0].start
+    return {
+        "payload_shift_m": payload_shift(rollout, since),
+        "lean_deg": steepest_lean(rollout),
+        "step_towards_payload_m": step_towards_payload(rollout, since, robot=1),
+    }
+
+
+def _measure_ditch(scenario: Scenario, rollout: Rollout) -> Row:
+    lines = scenario.ditches.draw(scenario.seed)
+    return {
+        "deepest_foothold_m": deepest_foothold(rollout, lines),
+        "is_across": is_across(rollout, lines),
+    }
+
+
+def _nothing_more(scenario: Scenario, rollout: Rollout) -> Row:
+    return {}

@@ -1,0 +1,93 @@
+"""`palanquin figures clm`: section IV of De Vincenti and Coros."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TaskID,
+    TaskProgressColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+from rich.table import Table
+
+from palanquin.cli.console import NOT_SOLVED, check_writable, err, out, reported_errors
+
+if TYPE_CHECKING:
+    from palanquin.benchmarks.clm_paper.reproduction import Progress as Report
+
+
+def clm(
+    seeds: Annotated[
+        int | None, typer.Option(help="Runs of each experiment.", show_default="20, quick 2")
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="About two minutes: few seeds, steps and cases.")
+    ] = False,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Run again what the folder already holds.")
+    ] = False,
+    folder: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For everything.")] = Path(
+        "out/figures-clm"
+    ),
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="For all results.")
+    ] = None,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Open no window; figures never do.")
+    ] = False,
+) -> None:
+    """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report.
+
+    Runs that the folder holds from the same revision are taken up again: a command that was cut off
+    goes on. Exit status: 0 every run shows what is asked of it, 1 some do not, 2 bad input.
+    """
+    with reported_errors():
+        from dataclasses import replace
+
+        from palanquin.benchmarks.clm_paper.reproduction import QUICK, Effort, reproduce
+
+        check_writable("--json", json_file)
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"--out {folder} is a file; a folder is needed")
+        effort = QUICK if quick else Effort()
+        if seeds is not None:
+            effort = replace(effort, seeds=seeds)
+        columns = TextColumn("{task.description:<18}"), BarColumn(), TaskProgressColumn()
+        with Progress(*columns, TimeElapsedColumn(), console=err) as bar:
+            results, files = reproduce(folder, effort, not fresh, _report(bar))
+    if json_file is not None:
+        json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+    out.print(_table(results))
+    for file in files:
+        out.print(str(file), markup=False, highlight=False, soft_wrap=True)
+    entries = [entry for group in results["criteria"].values() for entry in group]
+    if any(entry["shown"] < entry["runs"] for entry in entries):
+        raise typer.Exit(NOT_SOLVED)
+
+
+def _report(bar: Progress) -> Report:
+    """Shows each part on a bar of its own."""
+    tasks: dict[str, TaskID] = {}
+
+    def progress(name: str, done: float, total: float) -> None:
+        if name not in tasks:
+            tasks[name] = bar.add_task(name, total=total)
+        bar.update(tasks[name], completed=done)
+
+    return progress
+
+
+def _table(results: dict[str, Any]) -> Table:
+    table = Table("experiment", "asked of each run", "runs that show it", box=None)
+    for name, entries in results["criteria"].items():
+        for i, entry in enumerate(entries):
+            label = name if i == 0 else ""
+            table.add_row(label, entry["asked"], f"{entry['shown']} of {entry['runs']}")
+    return table
