@@ -14,6 +14,7 @@ from palanquin.benchmarks.clm_paper.figures_of_runs import (
     steepest_lean,
     step_towards_payload,
 )
+from palanquin.problems.modules.weights import TABLE_I
 from palanquin.sim.rollout import Rollout
 from palanquin.sim.scenarios import Scenario, open_scenario
 
@@ -59,6 +60,10 @@ class Experiment:
             raise ValueError(f"experiment {self.name}: seeds {self.seeds} must be at least 1")
 
 
+PRINTED_WEIGHTS = {name: tuple(getattr(TABLE_I, name)) for name in ("force", "torque")}
+"""Table I's, which the scenarios' own differ from; the others are the same."""
+
+
 def planned(scenario: Scenario, **settings: Any) -> Scenario:
     """The scenario with other settings of its planner."""
     return scenario.changed(planner={**dict(scenario.planner), **settings})
@@ -84,7 +89,6 @@ ALWAYS = (COMPLETED, USABLE, ON_TIME)
 def paper_experiments() -> tuple[Experiment, ...]:
     """Push, ditches, ramp up and down; with the paper's own settings where ours differ."""
     push, ditch = open_scenario("push"), open_scenario("ditch")
-    printed = {**dict(push.planner.weights), "torque": (1e-8, 1e-8, 1e-8)}
     return (
         Experiment(
             "push",
@@ -105,8 +109,8 @@ def paper_experiments() -> tuple[Experiment, ...]:
         ),
         Experiment(
             "push-printed",
-            "The push with Table I's weight of hand torques",
-            planned(push, weights=printed),
+            "The push with Table I's weights of forces and hand torques",
+            planned(push, weights=PRINTED_WEIGHTS),
             _measure_push,
             seeds=1,
         ),
@@ -139,7 +143,7 @@ def paper_experiments() -> tuple[Experiment, ...]:
 
 
 def _ramps(name: str, title: str) -> tuple[Experiment, ...]:
-    """Our references, and the paper's once: with our stiffness of the legs' limits, and its own."""
+    """Our references, and the paper's once: with our weights and stiffness, and with Table I's."""
     scenario = open_scenario(name)
     papers = planned(scenario, references="rigid", footholds="hips")
     printed = {family: {"stiffness": 42.0, "smoothing": 1e-4} for family in ("leg", "arm")}
@@ -150,8 +154,8 @@ def _ramps(name: str, title: str) -> tuple[Experiment, ...]:
         ),
         Experiment(
             f"{name}-printed",
-            f"{title}, the paper's references and Table I's K of legs and arms",
-            planned(papers, penalties=printed),
+            f"{title}, the paper's references, Table I's K of legs and arms and weights of forces",
+            planned(papers, penalties=printed, weights=PRINTED_WEIGHTS),
             _nothing_more,
             seeds=1,
         ),

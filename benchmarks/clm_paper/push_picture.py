@@ -16,7 +16,7 @@ MARGIN = (0.7, 2.5)
 
 
 def draw_push(ours: Runs, printed: Runs, path: Path) -> None:
-    """Three plots over time as in the paper, for our weight of hand torques and for Table I's.
+    """Three plots over time as in the paper, for our weights of hand wrenches and Table I's.
 
     Forces of the robots on the payload along x and y; displacement of all bodies along y since the
     push began, and of the middle of each robot's feet (dashed). The push is shaded.

@@ -42,7 +42,8 @@ def report(
         "![push](figure5.png)",
         "Robots pull the payload along its length, the pushed one back to its place; the other "
         "steps towards the payload. It does so when hand torques have a price: with Table I's "
-        "weight they are all but free, hold every body level, and nobody steps but the one pushed.",
+        "weights they are all but free, hold every body level, and nobody steps but the one "
+        "pushed.",
         "## Ditches (section IV-B)",
         "![ditches](ditches.png)",
         "One start and one SQP iteration a period: a foothold is put on the better side of a ditch "
