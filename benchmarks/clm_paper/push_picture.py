@@ -24,9 +24,11 @@ def draw_push(ours: Runs, printed: Runs, path: Path) -> None:
     figure = new_figure(7.5)
     axes = figure.subplots(3, 2, sharex=True, sharey="row")
     for column, runs in enumerate((ours, printed)):
-        weight = runs.scenario.planner.weights.torque[0]
+        weights = runs.scenario.planner.weights
         source = " (Table I)" if runs is printed else ""
-        axes[0, column].set_title(f"weight of hand torques $W_\\tau$ = {weight:g}{source}")
+        axes[0, column].set_title(
+            f"$W_f$ = {weights.force[0]:g}, $W_\\tau$ = {weights.torque[0]:g}{source}"
+        )
         _draw_run(axes[:, column], runs)
     axes[0, 0].set_ylabel("force on the\npayload along x, N")
     axes[1, 0].set_ylabel("force on the\npayload along y, N")
