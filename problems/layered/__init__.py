@@ -2,6 +2,7 @@
 
 from palanquin.problems.layered.bar import Bar
 from palanquin.problems.layered.centralized import CentralizedPlanner, NominalPlanner
+from palanquin.problems.layered.distributed import DistributedPlanner
 from palanquin.problems.layered.interconnected import (
     A1_MASS,
     COMPOSITE_INERTIA,
@@ -9,6 +10,7 @@ from palanquin.problems.layered.interconnected import (
     Team,
     build_interconnected,
 )
+from palanquin.problems.layered.link import LinkSettings
 from palanquin.problems.layered.planner import Desired, LayeredPlan, Planner, RobotStates
 from palanquin.problems.layered.settings import PRINTED, VARIANTS, WORKING, LayeredSettings
 
@@ -22,8 +24,10 @@ __all__ = [
     "Bar",
     "CentralizedPlanner",
     "Desired",
+    "DistributedPlanner",
     "LayeredPlan",
     "LayeredSettings",
+    "LinkSettings",
     "NominalPlanner",
     "Planner",
     "RobotStates",

@@ -30,12 +30,15 @@ class Coupling:
     holonomic: Holonomic
     multiplier: Expression
 
-    def connect(self, ends: Sequence[Robot]) -> None:
-        """Applies the forces (p_i - p_j) lambda, (3), and a restricted joint's torques."""
+    def connect(self, ends: Sequence[Robot], multiplier: Expression | None = None) -> None:
+        """Applies the forces (p_i - p_j) lambda, (3), and a restricted joint's torques, with
+        `multiplier` in place of its own if given.
+        """
+        multiplier = self.multiplier if multiplier is None else multiplier
         jacobians = self.holonomic.jacobians([e.motion for e in ends])
         for end, (linear, angular) in zip(ends, jacobians, strict=True):
-            end.force += linear.T @ self.multiplier
-            end.torque += angular.T @ self.multiplier
+            end.force += linear.T @ multiplier
+            end.torque += angular.T @ multiplier
 
     def rows(self, ends: Sequence[Robot]) -> list[Expression]:
         """Psi - psi_0, its rate and its acceleration, (14), when all forces are applied."""

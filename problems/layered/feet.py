@@ -31,6 +31,7 @@ class FeetModule:
         robot, name = self.robot, self.robot.name
         feet = problem.parameter(f"{name}.feet", (4, 3))
         contact = problem.parameter(f"{name}.contact", 4, default=1.0)
+        robot.feet, robot.contact = feet, contact
         weight = problem.parameter(f"{name}.force_weight", default=self.force_weight)
         slope = problem.parameter(f"{name}.friction", default=self.friction) / np.sqrt(2)
         bounds = problem.parameter(f"{name}.normal", 2, default=self.normal)

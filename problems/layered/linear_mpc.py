@@ -57,7 +57,7 @@ class LinearMpc:
     @property
     def cost(self) -> float:
         """Optimal cost, constants included."""
-        return self.sqp.cost
+        return self.sqp.model_cost
 
     @property
     def message(self) -> str:

@@ -35,9 +35,13 @@ class Robot:
         operating_rotation: R_op, body to world, [3, 3].
         mass: kg.
         inertia: principal moments about the body axes, kg m^2, [3].
+        feet: where the feet stand in the world, m, [4, 3]; set with the forces.
+        contact: flags of the feet that stand, [4].
         forces: ground reaction forces of the four feet, world axes, N, [3] each.
         force: sum of applied forces, world axes, N, [3].
         torque: sum of applied moments about the centre of mass, body axes, N m, [3].
+        influence: what others' deviations from their operating points add to the derivative of the
+            state, (19), [12].
     """
 
     name: str
@@ -48,9 +52,12 @@ class Robot:
     operating_rotation: Expression
     mass: Expression
     inertia: Expression
+    feet: Expression | None = None
+    contact: Expression | None = None
     forces: list[Expression] = field(default_factory=list)
     force: Expression = field(default_factory=lambda: ca.SX.zeros(3))
     torque: Expression = field(default_factory=lambda: ca.SX.zeros(3))
+    influence: Expression = field(default_factory=lambda: ca.SX.zeros(STATE))
 
     @property
     def rotation(self) -> Expression:
@@ -90,7 +97,8 @@ class Robot:
         """d(r, v, xi, w)/dt, (8). To first order, d xi/dt = w + xi x w / 2."""
         w = self.angular_velocity
         turning = w + ca.cross(self.xi, w) / 2
-        return ca.vertcat(self.velocity, self.acceleration(), turning, self.angular_acceleration())
+        parts = (self.velocity, self.acceleration(), turning, self.angular_acceleration())
+        return ca.vertcat(*parts) + self.influence
 
 
 @dataclass(frozen=True)

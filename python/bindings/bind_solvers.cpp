@@ -184,6 +184,7 @@ void bind_solvers(nb::module_& m) {
       .def("feedback", &Sqp::feedback, "measured"_a, nb::call_guard<nb::gil_scoped_release>())
       .def_prop_ro("feedback_ms", &Sqp::feedback_ms)
       .def("feedback_gain", &Sqp::feedback_gain)
+      .def_prop_ro("model_cost", &Sqp::model_cost)
       .def_prop_ro("dynamics_multipliers", &Sqp::dynamics_multipliers)
       .def_prop_ro("status", &Sqp::status)
       .def_prop_ro("message", &Sqp::message)

@@ -172,7 +172,7 @@ class Sqp(_Solver):
     ) -> _core.Status:
         """`solve` on bare arrays [N + 1, np], [nz], [N + 1, nz], for loops at kilohertz.
 
-        The result is in `latest`, `cost` and `message`; no `Plan` is made.
+        The result is in `latest`, `model_cost` and `message`; no `Plan` is made.
         """
         return self._core.solve(parameters, measured, guess)
 
@@ -182,10 +182,9 @@ class Sqp(_Solver):
         return self._core.trajectory
 
     @property
-    def cost(self) -> float:
-        """Objective with penalties of the last solve."""
-        evaluation = self._core.evaluation
-        return evaluation.cost + evaluation.penalty
+    def model_cost(self) -> float:
+        """Cost of the last QP at its solution: what a linear MPC minimises."""
+        return self._core.model_cost
 
     @property
     def message(self) -> str:

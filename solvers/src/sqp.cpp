@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -143,6 +144,11 @@ RowMatrix Sqp::dynamics_multipliers() const {
   return rows;
 }
 
+double Sqp::model_cost() const {
+  return history_.empty() ? std::numeric_limits<double>::quiet_NaN()
+                          : start_cost_ + history_.back().predicted;
+}
+
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   history_.clear();
@@ -177,6 +183,7 @@ bool Sqp::linearize(IterationRecord& record) {
     record.times.linearize += watch.lap_ms();
   }
   evaluation_ = transcription_.summarize();
+  start_cost_ = evaluation_.total();
   record.times.globalize = watch.lap_ms();
   return true;
 }

@@ -119,6 +119,10 @@ class Sqp {
   /// the cost changes with an offset of x_{k+1}. Throws std::logic_error where blocks are carried.
   RowMatrix dynamics_multipliers() const;
 
+  /// Cost of the last QP at its solution, penalties included: what a linear MPC minimises. NaN
+  /// before the first.
+  double model_cost() const;
+
   Status status() const { return status_; }
   /// Which test stopped the solve, in words.
   const std::string& message() const { return message_; }
@@ -155,6 +159,7 @@ class Sqp {
   Status status_ = Status::NotSolved;
   std::string message_;
   std::vector<IterationRecord> history_;
+  double start_cost_ = 0.0;  ///< of the iterate that was linearised last
   IterationRecord prepared_;
   bool is_prepared_ = false;
   double feedback_ms_ = 0.0;
