@@ -1,7 +1,8 @@
 """Collaborative loco-manipulation: R armed quadrupeds carry one payload (see README.md)."""
 
+from palanquin.problems.case_files import CaseError
 from palanquin.problems.clm.build import build_clm, paper_policy
-from palanquin.problems.clm.case import Case, CaseError, load_case, parse_case
+from palanquin.problems.clm.case import Case, load_case, parse_case
 from palanquin.problems.clm.case_problem import CaseProblem
 from palanquin.problems.clm.guess import fill_guess, fill_measured
 from palanquin.problems.clm.layout import from_case_layout, to_case_layout

@@ -6,76 +6,28 @@ Every error names the field, its value and the rule. Units are m, kg, s, N; quat
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from palanquin.errors import PalanquinError
+from palanquin.problems.case_files import (
+    Array,
+    Diagonal,
+    Moments,
+    Vector,
+    parsed,
+    read_case,
+    require_shape,
+    shaped,
+)
 from palanquin.problems.clm.references import ORIENTATION, STATE
 from palanquin.problems.terrain_kinds import TerrainKind
-from palanquin.schema import Finite, NonNegative, Positive, Strict, dotted, faults
+from palanquin.schema import Finite, NonNegative, Positive, Strict
 
 # A quaternion may be this far from unit norm and is normalised; further off it is an error.
 _NORM_TOLERANCE = 0.1
-
-
-class CaseError(PalanquinError, ValueError):
-    """A case file that cannot be used; one line per fault."""
-
-
-def _array(value: Any) -> np.ndarray:
-    """Nested lists of numbers as an array; names the first entry that is not a finite number."""
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    _require_numbers(value, "")
-    try:
-        return np.array(value, dtype=float)
-    except ValueError as error:
-        raise ValueError("rows have different lengths") from error
-
-
-def _require_numbers(value: Any, where: str) -> None:
-    if isinstance(value, list):
-        for i, entry in enumerate(value):
-            _require_numbers(entry, f"{where}[{i}]")
-    elif isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"entry {where or 'itself'} is {value!r}; a number is needed")
-    elif not np.isfinite(value):
-        raise ValueError(f"entry {where or 'itself'} is {value}; it must be finite")
-
-
-def _shaped(*shape: int) -> AfterValidator:
-    def check(value: np.ndarray) -> np.ndarray:
-        return _require_shape(value, shape)
-
-    return AfterValidator(check)
-
-
-def _require_shape(value: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    if value.shape != shape:
-        raise ValueError(f"has shape {list(value.shape)}; {list(shape)} is needed")
-    return value
-
-
-def _positive(value: np.ndarray) -> np.ndarray:
-    if (value <= 0).any():
-        raise ValueError(f"is {value.tolist()}; every entry must be positive")
-    return value
-
-
-def _non_negative(value: np.ndarray) -> np.ndarray:
-    if (value < 0).any():
-        raise ValueError(f"is {value.tolist()}; no entry may be negative")
-    return value
-
-
-Array = Annotated[np.ndarray, BeforeValidator(_array)]
-Vector = Annotated[Array, _shaped(3)]
-Moments = Annotated[Vector, AfterValidator(_positive)]
-Diagonal = Annotated[Vector, AfterValidator(_non_negative)]
 
 
 class RobotPart(Strict):
@@ -85,7 +37,7 @@ class RobotPart(Strict):
     I: Moments  # noqa: E741  (the file's key)
     lf: Positive
     lh: Positive
-    hips: Annotated[Array, _shaped(4, 3)]
+    hips: Annotated[Array, shaped(4, 3)]
     arm: Vector
     hand: Vector
     attach: Vector
@@ -173,7 +125,7 @@ class Case(Strict):
         }
         for name, shape in shapes.items():
             try:
-                _require_shape(getattr(self, name), shape)
+                require_shape(getattr(self, name), shape)
             except ValueError as error:
                 raise ValueError(f"{name} {error} (N = {n}, {r} robots)") from error
         if not np.isin(self.s, (0, 1)).all():
@@ -202,25 +154,9 @@ def _normalise_orientations(name: str, states: np.ndarray) -> None:
 
 def load_case(path: str | Path) -> Case:
     """Reads a case; raises CaseError that lists every fault by field."""
-    path = Path(path)
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise CaseError(f"{path}: {error.strerror or error}") from error
-    except ValueError as error:  # not UTF-8, or not JSON
-        raise CaseError(f"{path} is not JSON: {error}") from error
-    return parse_case(data, source=str(path))
+    return parse_case(read_case(path), source=str(path))
 
 
 def parse_case(data: Any, source: str = "case") -> Case:
     """A case from the contents of a file; raises CaseError that lists every fault by field."""
-    if not isinstance(data, dict):
-        raise CaseError(f"{source} holds {type(data).__name__}; an object with keys is needed")
-    try:
-        return Case.model_validate(data)
-    except ValidationError as error:
-        lines = (
-            f"  {dotted(path)}: {message}" if path else f"  {message}"
-            for path, message in faults(error, data)
-        )
-        raise CaseError("\n".join([f"{source} is not a valid case:", *lines])) from error
+    return parsed(Case, data, source)

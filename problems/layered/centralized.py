@@ -34,9 +34,9 @@ class CentralizedPlanner(Planner):
         self.mpc = mpc = LinearMpc(
             build_interconnected(team, settings.horizon, settings.dt), qp, **options
         )
-        self._states = np.array([mpc.state_columns(name) for name in team.names()])
-        self._forces = np.array([mpc.force_columns(name) for name in team.names()])
-        self._bars = (
+        self.state_columns = np.array([mpc.state_columns(name) for name in team.names()])
+        self.force_columns = np.array([mpc.force_columns(name) for name in team.names()])
+        self.bar_columns = (
             mpc.columns(*(f"{name}.lambda" for name in team.bar_names()))
             if team.bars
             else np.zeros(0, dtype=int)
@@ -63,13 +63,13 @@ class CentralizedPlanner(Planner):
         status = self.mpc.solve()
         z = self.mpc.trajectory
         n = self.settings.horizon
-        bars = z[:n, self._bars]
+        bars = z[:n, self.bar_columns]
         return LayeredPlan(
             time,
             self.settings.dt,
-            z[:, self._states],
+            z[:, self.state_columns],
             states.rotation,
-            z[:n, self._forces],
+            z[:n, self.force_columns],
             bars,
             np.broadcast_to(bars[0], (self.team.robots, bars.shape[1])),
             status.name.lower(),
@@ -85,10 +85,9 @@ class CentralizedPlanner(Planner):
         x[:, 0:3], x[:, 3:6], x[:, 9:12] = (
             states.position, states.velocity, states.angular_velocity,
         )  # fmt: skip
-        guess[:, self._states] = x
-        guess[:-1, self._forces] = self.operating_inputs(contacts)
-        if self._last is not None:
-            guess[:, self._bars] = self._last.multipliers
+        guess[:, self.state_columns] = x
+        guess[:-1, self.force_columns] = self.operating_inputs(contacts)
+        guess[:, self.bar_columns] = self.operating_multipliers()
         wanted = desired.over_horizon(states.rotation, self.settings.horizon, self.settings.dt)
         for i, (rotation, feet, contact, reference) in enumerate(self._views):
             rotation[:] = states.rotation[i]

@@ -230,12 +230,12 @@ class DistributedPlanner(Planner):
 
     def _greet(self, states: RobotStates, inputs: np.ndarray) -> None:
         """Before the first sample the robots tell each other how they stand."""
-        n = self.settings.horizon
+        n, before = self.settings.horizon, self.operating_multipliers()
         for i, local in enumerate(self.locals):
             x = np.zeros((n + 1, 12))
             x[:, 0:3], x[:, 3:6] = states.position[i], states.velocity[i]
             x[:, 9:12] = states.angular_velocity[i]
-            bars = {b: np.zeros((n, self.team.bars[b].rows)) for b in local.bars}
+            bars = {b: np.tile(before[self._bar_rows[b]], (n, 1)) for b in local.bars}
             local.last = Message(
                 0, states.rotation[i], x, inputs[:, i], bars, np.zeros((n, 12)), states.feet[i],
                 is_held=True,

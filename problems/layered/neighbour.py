@@ -44,8 +44,10 @@ def placed(robot: Robot, x: Expression, u: Expression) -> Robot:
         torque=ca.SX.zeros(3),
         influence=ca.SX.zeros(STATE),
     )
+    assert robot.feet is not None
+    assert robot.contact is not None
     for i, force in enumerate(copy.forces):
-        copy.push(copy.contact[i] * force, copy.feet[i, :].T)
+        copy.push(robot.contact[i] * force, robot.feet[i, :].T)
     return copy
 
 

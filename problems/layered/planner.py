@@ -160,6 +160,7 @@ class Planner(ABC):
         self.settings = settings
         self.events: list[tuple[float, str]] = []
         self._last: LayeredPlan | None = None
+        self._given: tuple[np.ndarray, np.ndarray] | None = None
         self._loads = -GRAVITY[2] * np.asarray(self.team.masses, dtype=float)
 
     def plan(
@@ -186,7 +187,7 @@ class Planner(ABC):
         if not plan.is_usable:
             plan = self._fallback(time, states, flags, plan)
         object.__setattr__(plan, "solve_ms", 1e3 * (clock.perf_counter() - start))
-        self._last = plan
+        self._last, self._given = plan, None
         return plan
 
     @abstractmethod
@@ -234,8 +235,21 @@ class Planner(ABC):
         forces[..., 2] = contacts * (self._loads / standing)[..., None]
         return forces
 
+    def operate_at(self, inputs: np.ndarray, multipliers: np.ndarray) -> None:
+        """Sets u_{t-1} [M, 4, 3] and lambda_{t-1} [rows] of the next plan, as they are."""
+        self._given = (inputs, multipliers)
+
+    def operating_multipliers(self) -> np.ndarray:
+        """lambda_{t-1} [rows of this planner's bars]."""
+        rows = sum(bar.rows for bar in self.team.bars)
+        if self._given is not None:
+            return self._given[1][:rows]
+        return np.zeros(rows) if self._last is None else self._last.multipliers
+
     def operating_inputs(self, contacts: np.ndarray) -> np.ndarray:
         """u_{t-1} at the knots [N, M, 4, 3]; a leg that stood not then starts with its share."""
+        if self._given is not None:
+            return self._given[0] * contacts[:-1, :, :, None]
         shares = self.shares(contacts[:-1])
         if self._last is None:
             return shares

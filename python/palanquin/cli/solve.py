@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.table import Table
@@ -47,12 +47,18 @@ def solve(
 
     Exit status: 0 solved, 1 not solved (the result is written all the same), 2 bad input.
     """
-    from palanquin.problems.clm import load_case
+    from palanquin.problems.case_files import read_case
+    from palanquin.problems.clm import parse_case
     from palanquin.problems.clm.solve import CaseResult, solve_case
+    from palanquin.problems.layered.case import is_layered
 
     with reported_errors():
         check_writable("--out", file)
-        problem = load_case(case)
+        data = read_case(case)
+        if is_layered(data):
+            _solve_layered(case, data, qp, file)
+            return
+        problem = parse_case(data, str(case))
         show_progress_of_lowering()
         result: CaseResult = solve_case(problem, solver.value, qp, iterations, penalty, starts)
         figures = result.to_json()
@@ -62,6 +68,28 @@ def solve(
     if not result.solved:
         worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
         err.print(f"not solved: {figures['message']}; worst rows: {worst}", markup=False)
+        raise typer.Exit(NOT_SOLVED)
+
+
+def _solve_layered(case: Path, data: Any, qp: str | None, file: Path | None) -> None:
+    """One instant of robots on a bar: a linear MPC, one QP for each planner."""
+    from palanquin.problems.layered.case import parse_layered_case
+    from palanquin.problems.layered.solve import solve_layered_case
+
+    problem = parse_layered_case(data, str(case))
+    show_progress_of_lowering()
+    result = solve_layered_case(problem, qp)
+    figures = result.to_json()
+    if file is not None:
+        file.write_text(json.dumps(figures, allow_nan=False) + "\n", encoding="utf-8")
+    table = Table(title=case.stem, show_header=False)
+    for key in ("status", "message"):
+        table.add_row(key, figures[key])
+    for planner in ("centralized", "nominal", "distributed"):
+        table.add_row(f"cost, {planner}", str(figures[planner]["cost"]))
+    out.print(table)
+    if not result.solved:
+        err.print(f"not solved: {result.message}", markup=False)
         raise typer.Exit(NOT_SOLVED)
 
 
