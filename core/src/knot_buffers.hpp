@@ -16,6 +16,7 @@ struct Transcription::KnotBuffers {
   double cost = 0.0;
   std::vector<double> equality, inequality, link;
   std::vector<double> embedded, slopes;  // of the charts
+  std::vector<double> unused_slopes;     // where only the values are wanted
 };
 
 /// Their derivatives, which go into the stage QP at once: a thread needs them for one knot at a

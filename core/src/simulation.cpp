@@ -1,5 +1,6 @@
 #include "palanquin/core/simulation.hpp"
 
+#include <array>
 #include <stdexcept>
 
 namespace palanquin {
@@ -14,6 +15,9 @@ Eigen::VectorXd step_dynamics(const LoweredProblem& problem, VectorView z, Vecto
   problem.running.prepare(w);
   Eigen::VectorXd next = z;
   Eigen::VectorXd state(problem.nx());
+  std::array<Eigen::VectorXd, 3> unused;  // cost and rows
+  for (std::size_t i = 0; i < unused.size(); ++i)
+    unused[i].resize(problem.running.result(static_cast<int>(i) + 1).nnz());
   // Rows may use the next value of other states (semi-implicit schemes). The dependence closes no
   // cycle, so every pass settles at least one more state.
   for (std::size_t pass = 0; pass < problem.blocks().size(); ++pass) {
@@ -21,7 +25,7 @@ Eigen::VectorXd step_dynamics(const LoweredProblem& problem, VectorView z, Vecto
     w.arguments[1] = next.data();
     w.arguments[2] = p.data();
     w.results[0] = state.data();
-    w.results[1] = w.results[2] = w.results[3] = nullptr;
+    for (std::size_t i = 0; i < unused.size(); ++i) w.results[i + 1] = unused[i].data();
     problem.running(w);
     bool changed = false;
     int row = 0;

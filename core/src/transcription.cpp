@@ -31,7 +31,8 @@ Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem)
       inequality(widest(problem, 3)),
       link(size_of(problem.link_linear.result(0).nnz())),
       embedded(size_of(problem.nz())),
-      slopes(size_of(problem.chart.result(1).nnz())) {}
+      slopes(size_of(problem.chart.result(1).nnz())),
+      unused_slopes(slopes.size()) {}
 
 Transcription::DerivativeBuffers::DerivativeBuffers(const LoweredProblem& problem)
     : dynamics(size_of(problem.running_linear.result(4).nnz())),
@@ -126,7 +127,7 @@ void Transcription::set_parameters(MatrixView parameters) {
                                 ", " + std::to_string(parameters.cols()) + "]; [" +
                                 std::to_string(horizon_ + 1) + ", " +
                                 std::to_string(problem_->np()) + "] is needed");
-  if (!parameters.allFinite())
+  if ((0.0 * parameters).sum() != 0.0)  // NaN; several times faster than allFinite
     for (const ParameterInfo& p : problem_->parameters())
       for (int k = 0; k <= horizon_; ++k)
         if (!parameters.row(k).segment(p.offset, p.size).allFinite())
@@ -274,20 +275,21 @@ void Transcription::take_on(QpStage& stage, const KnotShape& shape) {
 
 // ---- projection -------------------------------------------------------------------------------
 
-void Transcription::embed(RowMatrix& trajectory, int knot, FunctionWorkspace& w,
-                          double* slopes) const {
+/// Moves charted blocks of a knot onto their surfaces.
+void Transcription::embed(RowMatrix& trajectory, int knot) const {
   const KnotSignature& s = signatures_[static_cast<std::size_t>(knot)];
   if (std::none_of(s.charted.begin(), s.charted.end(), [](char c) { return c != 0; })) return;
-  auto& embedded = const_cast<KnotBuffers&>(buffers_[static_cast<std::size_t>(knot)]).embedded;
+  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  FunctionWorkspace& w = workspaces_.front();
   w.arguments[0] = trajectory.row(knot).data();
   w.arguments[1] = parameters_at(knot);
-  w.results[0] = embedded.data();
-  w.results[1] = slopes;
+  w.results[0] = out.embedded.data();
+  w.results[1] = out.unused_slopes.data();
   problem_->chart(w);
   const auto& blocks = problem_->blocks();
   for (std::size_t b = 0; b < blocks.size(); ++b)
     if (s.charted[b])
-      std::copy_n(embedded.data() + blocks[b].offset, blocks[b].size,
+      std::copy_n(out.embedded.data() + blocks[b].offset, blocks[b].size,
                   trajectory.row(knot).data() + blocks[b].offset);
 }
 
@@ -317,7 +319,7 @@ void Transcription::project(RowMatrix& trajectory) const {
           value = trajectory.row(k - 1).segment(info.offset, info.size);
       }
     }
-    embed(trajectory, k, workspaces_.front(), nullptr);
+    embed(trajectory, k);
   }
 }
 
@@ -346,7 +348,7 @@ void Transcription::step(const RowMatrix& from, const StageQpSolution& solution,
     shapes_[i]->columns.expand(solution.w[i].data(), buffers_[i].slopes.data(),
                                step_buffer_.data());
     retract(*problem_, from.row(k).data(), step_buffer_.data(), alpha, to.row(k).data());
-    embed(to, k, workspaces_.front(), nullptr);
+    embed(to, k);
   }
 }
 

@@ -50,8 +50,8 @@ class LoweredFunction {
 
   /// Makes `workspace` large enough for this function.
   void prepare(FunctionWorkspace& workspace) const;
-  /// Evaluates with workspace.arguments and workspace.results as set by the caller; a null result
-  /// is not computed. Does not allocate.
+  /// Evaluates with workspace.arguments and workspace.results as set by the caller, none of them
+  /// null unless it has no entries. Does not allocate.
   void operator()(FunctionWorkspace& workspace) const;
 
  private:

@@ -129,7 +129,7 @@ class Transcription {
   void fill_stage(int thread, int knot, const RowMatrix& trajectory);
   void set_multipliers(int knot, const StageQpSolution& multipliers);
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
-  void embed(RowMatrix& trajectory, int knot, FunctionWorkspace& workspace, double* slopes) const;
+  void embed(RowMatrix& trajectory, int knot) const;
   void evaluate_defect(int knot, const RowMatrix& trajectory);
   bool has_finite_values(int knot) const;
   bool has_finite_derivatives(int knot) const;
@@ -153,7 +153,7 @@ class Transcription {
 
   mutable ThreadPool pool_;
   mutable std::vector<FunctionWorkspace> workspaces_;
-  std::vector<KnotBuffers> buffers_;
+  mutable std::vector<KnotBuffers> buffers_;
   std::vector<DerivativeBuffers> derivatives_;  // [threads]
   std::vector<ExactBuffers> exact_buffers_;
   std::unique_ptr<Flags> flags_;
