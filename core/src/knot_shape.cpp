@@ -44,8 +44,8 @@ void Gather::write(const double* source, const double* slopes, double* destinati
     double* to = destination + run.destination;
     if (run.source < 0)
       std::fill_n(to, run.size, 0.0);
-    else
-      std::copy_n(source + run.source, run.size, to);
+    else  // a loop: most runs are too short for a call of memmove
+      for (int i = 0; i < run.size; ++i) to[i] = source[run.source + i];
   }
   add_entries(source, slopes, destination);
 }
