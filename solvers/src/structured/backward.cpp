@@ -23,8 +23,8 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
   const KnotPlan& plan = *knot.plan;
   const int nx_next = next.plan->nx;
   const int ld = padded(nx_next);
-  double* value = work.value.data();
-  double* slope = work.slope.data();  // becomes P L b + p
+  double* value = work.value;
+  double* slope = work.slope;  // becomes P L b + p
   for (int i = 0; i < nx_next; ++i) slope[i] = next.value[nx_next + i * next.plan->value_ld];
   kernels.symmetrize(nx_next, next.value, next.plan->value_ld, value, ld);
   kernels.substitute(ld, columns_of(stage.implicit), plan.substitution_order.data(),
@@ -32,7 +32,7 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
   kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
 
   const SparseColumns dynamics = columns_of(stage.dynamics);
-  double* inputs = work.product.data();
+  double* inputs = work.product;
   double* states = inputs + padded(plan.nu);
   kernels.multiply_transposed(ld, dynamics, 0, plan.nx, value, ld, states, plan.panel_ld);
   for (int i = 0; i < nx_next; ++i) {
@@ -49,7 +49,7 @@ void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, co
   multiply_by_value(work, stage, knot, next);
   const kernels::Table& kernels = *work.kernels;
   const KnotPlan& plan = *knot.plan;
-  double* product = work.product.data();
+  double* product = work.product;
   kernels.substitute(plan.panel_ld, columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), product, plan.panel_ld);
 
@@ -65,7 +65,7 @@ void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, co
 void point_to_columns(Workspace& work, const Knot& knot) {
   const KnotPlan& plan = *knot.plan;
   double** column = work.column.data();
-  for (int j = 0; j < plan.nl; ++j) column[j] = work.locals.data() + j * plan.local_ld();
+  for (int j = 0; j < plan.nl; ++j) column[j] = work.locals + j * plan.local_ld();
   for (int j = 0; j < plan.nu; ++j)
     column[plan.input_slot + j] = knot.panel + j * plan.panel_ld - plan.input_slot;
   for (int j = 0; j < plan.nx; ++j)
@@ -97,7 +97,7 @@ void regularize(const Workspace& work, const KnotPlan& plan, double regularizati
 void add_rows(Workspace& work, const RowPattern& rows, const SparseBlock& jacobian,
               const double* curvature, const double* slope, double* gradient) {
   work.kernels->add_weighted_rows(rows.by_runs(), jacobian.values.data(), curvature, slope,
-                                  work.column.data(), gradient, work.scratch.data());
+                                  work.column.data(), gradient, work.scratch);
 }
 
 /// Stiffness of the equality rows in proportion to the cost, and the slope that goes with it.
@@ -149,7 +149,7 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
   const QpStage& stage = qp.stages[k];
   const Knot& knot = work.knots[k];
   const KnotPlan& plan = *knot.plan;
-  double* gradient = work.gradient.data();
+  double* gradient = work.gradient;
   point_to_columns(work, knot);
   start_gradient(stage, plan, gradient);
   add_hessian(work, stage, plan.local_hessian);

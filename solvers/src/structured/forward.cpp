@@ -19,11 +19,18 @@ void solve_locals(const Workspace& work, const Knot& knot, double* z) {
 
 namespace {
 
-/// y += F x for the columns first .. first + count - 1 of F.
-void add_columns(const SparseBlock& f, int first, int count, const double* x, double* y) {
-  for (int j = first; j < first + count; ++j)
-    for (int e = f.column_start[j]; e < f.column_start[j + 1]; ++e)
-      y[f.row_index[e]] += f.values[e] * x[j - first];
+/// Neighbouring columns meet the same rows: were they added to one sum, each would wait for the one
+/// before.
+constexpr int kSums = 4;
+
+/// Adds F x, for the columns first .. first + count - 1 of F, to kSums vectors in turns.
+void add_columns(const SparseBlock& f, int first, int count, const double* x, double* sums,
+                 int ld) {
+  for (int j = 0; j < count; ++j) {
+    double* y = sums + j % kSums * ld;
+    for (int e = f.column_start[first + j]; e < f.column_start[first + j + 1]; ++e)
+      y[f.row_index[e]] += f.values[e] * x[j];
+  }
 }
 
 /// Zero if every entry is finite, else NaN.
@@ -33,9 +40,15 @@ double finiteness(const double* v, int size) {
 
 }  // namespace
 
-void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x) {
-  add_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, next_x);
-  add_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, next_x);
+void advance(const Workspace& work, const QpStage& stage, const KnotPlan& plan, const double* z,
+             double* next_x) {
+  const int ld = kernels::padded(plan.next_nx);
+  double* sums = work.product;
+  std::fill_n(sums, kSums * ld, 0.0);
+  add_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, sums, ld);
+  add_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, sums, ld);
+  for (int i = 0; i < plan.next_nx; ++i)
+    for (int c = 0; c < kSums; ++c) next_x[i] += sums[i + c * ld];
   const SparseBlock& n = stage.implicit;
   const auto& order = plan.substitution_order;
   for (auto c = order.rbegin(); c != order.rend(); ++c)
@@ -67,7 +80,7 @@ bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial
     if (k == qp.horizon()) break;
     double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan->state_slot;
     std::copy_n(qp.stages[k].offset.data(), qp.stages[k].offset.size(), next_x);
-    advance(qp.stages[k], plan, knot.z, next_x);
+    advance(work, qp.stages[k], plan, knot.z, next_x);
   }
   double finite = 0.0;
   for (const Knot& knot : work.knots)

@@ -11,7 +11,8 @@ void solve_locals(const Workspace& workspace, const Knot& knot, double* z);
 
 /// States of the next knot: next_x := (I - N)^{-1} (F w + x), where x is what next_x holds on
 /// entry.
-void advance(const QpStage& stage, const KnotPlan& plan, const double* z, double* next_x);
+void advance(const Workspace& workspace, const QpStage& stage, const KnotPlan& plan,
+             const double* z, double* next_x);
 
 /// v := (I - N')^{-1} v: the value function's slope in x+, taken over to the rows F w + b.
 void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v);

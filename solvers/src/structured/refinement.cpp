@@ -135,9 +135,9 @@ void sweep_backward(Workspace& work, const StageQp& qp) {
     condense_equality_rows(qp.stages[k], knot);
     if (k < qp.horizon()) {
       const Knot& next = work.knots[k + 1];
-      std::copy_n(next.value_correction, next.plan->nx, work.slope.data());
-      substitute_transposed(qp.stages[k], plan, work.slope.data());
-      add_dynamics_transposed(qp.stages[k].dynamics, plan, work.slope.data(), knot.correction);
+      std::copy_n(next.value_correction, next.plan->nx, work.slope);
+      substitute_transposed(qp.stages[k], plan, work.slope);
+      add_dynamics_transposed(qp.stages[k].dynamics, plan, work.slope, knot.correction);
     }
     forward_substitute_locals(work, knot, knot.correction);
     work.kernels->forward_substitute(plan.nu, plan.value_ld, knot.panel, plan.panel_ld,
@@ -158,7 +158,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
     std::fill_n(dx + plan.nx, plan.value_ld - plan.nx, 0.0);
     solve_inputs(work, knot, dz);
     solve_locals(work, knot, dz);
-    double* dlambda = work.slope.data();
+    double* dlambda = work.slope;
     work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld, dx,
                                      dlambda);
     for (int i = 0; i < plan.nx; ++i) dlambda[i] += knot.value_correction[i];
@@ -175,7 +175,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
     const KnotPlan& next = *work.knots[k + 1].plan;
     double* next_dx = work.knots[k + 1].correction + next.state_slot;
     std::fill_n(next_dx, next.nx, 0.0);
-    advance(stage, plan, dz, next_dx);
+    advance(work, stage, plan, dz, next_dx);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "structured/workspace.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace palanquin::structured {
 namespace {
@@ -10,6 +9,8 @@ using kernels::padded;
 
 /// Runs are read and added to by whole vectors, which may reach over the end.
 constexpr std::size_t kOverhang = kernels::kPad;
+/// `product` lends its memory to `advance`.
+constexpr std::size_t kMostSums = 4;
 
 /// All that kernels expect in a knot's memory and no step writes: unit pivots behind the last
 /// input, see kernels::Table::partial_cholesky.
@@ -20,6 +21,21 @@ void write_unit_pivots(const Knot& knot) {
     std::fill_n(column, plan.panel_ld, 0.0);
     column[j] = 1.0;
   }
+}
+
+template <class Take>
+void take_knot(const MemorySizes& sizes, Knot& knot, Take take) {
+  take(knot.panel, sizes.panel);
+  take(knot.value, sizes.value);
+  take(knot.local_factor, sizes.local_factor);
+  take(knot.z, sizes.slots);
+  take(knot.multiplier, sizes.value_ld);
+  if (sizes.equality_rows == 0) return;
+  take(knot.equality_stiffness, sizes.equality_rows);
+  take(knot.equality_multiplier, sizes.equality_rows);
+  take(knot.equality_residual, sizes.equality_rows);
+  take(knot.correction, sizes.slots);
+  take(knot.value_correction, sizes.value_ld);
 }
 
 }  // namespace
@@ -38,7 +54,6 @@ void Workspace::analyze(const StageQp& qp) {
   factorized = nullptr;
   is_analyzed_ = false;
   plans_.start(qp);
-  const bool is_longer = knots.size() != qp.stages.size();
   knots.resize(qp.stages.size());
   MemorySizes sizes = sizes_;
   has_equality_rows = false;
@@ -49,7 +64,7 @@ void Workspace::analyze(const StageQp& qp) {
     sizes.include(plan);
     has_equality_rows = has_equality_rows || plan.equality.rows() > 0;
   }
-  if (is_longer || sizes != sizes_) hand_out_memory(sizes);
+  if (laid_out_ != knots.size() || sizes != sizes_) hand_out_memory(sizes);
   for (const Knot& knot : knots) write_unit_pivots(knot);
   revision_ = qp.structure_revision;
   is_analyzed_ = true;
@@ -78,52 +93,36 @@ void MemorySizes::include(const MemorySizes& other) {
 
 void Workspace::hand_out_memory(const MemorySizes& sizes) {
   sizes_ = sizes;
-  hand_out_matrices(sizes);
-  hand_out_vectors(sizes);
-}
-
-void Workspace::hand_out_matrices(const MemorySizes& sizes) {
-  matrices_.reserve(knots.size() * (sizes.panel + sizes.value) + kOverhang);
-  double* next = matrices_.data();
-  for (Knot& knot : knots) {
-    knot.panel = std::exchange(next, next + sizes.panel);
-    knot.value = std::exchange(next, next + sizes.value);
-  }
-  value.reserve(sizes.value_ld * sizes.value_ld);
-  product.reserve(sizes.panel_ld * sizes.value_ld);
-  slope.reserve(sizes.value_ld);
-  gradient.reserve(sizes.slots + kOverhang);
-  locals.reserve(sizes.locals * (sizes.slots + kOverhang));
-  scratch.reserve(kernels::kPad * sizes.row_entries);
+  laid_out_ = knots.size();
+  double* start = nullptr;
+  std::size_t used = 0;
+  const auto take = [&](double*& array, std::size_t size) {
+    if (start != nullptr) array = start + used;
+    used += size;
+  };
+  const auto take_all = [&] {
+    used = 0;
+    take(value, sizes.value_ld * sizes.value_ld);
+    take(product, sizes.value_ld * std::max(sizes.panel_ld, kMostSums));
+    take(slope, sizes.value_ld);
+    take(gradient, sizes.slots + kOverhang);
+    take(locals, sizes.locals * (sizes.slots + kOverhang));
+    take(scratch, kernels::kPad * sizes.row_entries);
+    for (Knot& knot : knots) take_knot(sizes, knot, take);
+    used += kOverhang;
+  };
+  take_all();  // for the sum of the sizes
+  memory_.reserve(used);
+  memory_.clear();
+  start = memory_.data();
+  take_all();
   column.resize(sizes.slots);
-}
-
-void Workspace::hand_out_vectors(const MemorySizes& sizes) {
-  const std::size_t share = sizes.local_factor + sizes.slots + sizes.value_ld;
-  const std::size_t equality_share =
-      sizes.equality_rows > 0 ? 3 * sizes.equality_rows + sizes.slots + sizes.value_ld : 0;
-  vectors_.reserve(knots.size() * (share + equality_share) + kOverhang);
-  double* next = vectors_.data();
-  const auto take = [&](std::size_t count) { return std::exchange(next, next + count); };
-  for (Knot& knot : knots) {
-    knot.local_factor = take(sizes.local_factor);
-    knot.z = take(sizes.slots);
-    knot.multiplier = take(sizes.value_ld);
-    if (sizes.equality_rows == 0) continue;
-    knot.equality_stiffness = take(sizes.equality_rows);
-    knot.equality_multiplier = take(sizes.equality_rows);
-    knot.equality_residual = take(sizes.equality_rows);
-    knot.correction = take(sizes.slots);
-    knot.value_correction = take(sizes.value_ld);
-  }
 }
 
 void Workspace::clear() {
   factorized = nullptr;
-  for (AlignedBuffer* buffer :
-       {&matrices_, &vectors_, &value, &product, &slope, &gradient, &locals, &scratch})
-    buffer->clear();
   is_analyzed_ = false;
+  memory_.clear();
 }
 
 }  // namespace palanquin::structured

@@ -57,12 +57,12 @@ struct Workspace {
   bool has_equality_rows = false;
 
   // Intermediates of the knot in work.
-  AlignedBuffer value;          ///< P L
-  AlignedBuffer product;        ///< (P L F)'
-  AlignedBuffer slope;          ///< P L b + p
-  AlignedBuffer gradient;       ///< of the knot's own cost and rows, over slots
-  AlignedBuffer locals;         ///< G's columns of locals
-  AlignedBuffer scratch;        ///< values of a row, by runs
+  double* value = nullptr;      ///< P L
+  double* product = nullptr;    ///< (P L F)'
+  double* slope = nullptr;      ///< P L b + p
+  double* gradient = nullptr;   ///< of the knot's own cost and rows, over slots
+  double* locals = nullptr;     ///< G's columns of locals
+  double* scratch = nullptr;    ///< values of a row, by runs
   std::vector<double*> column;  ///< element (i, j), i >= j, of its G is column[j][i]
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
@@ -79,14 +79,13 @@ struct Workspace {
 
  private:
   void hand_out_memory(const MemorySizes& sizes);
-  void hand_out_matrices(const MemorySizes& sizes);
-  void hand_out_vectors(const MemorySizes& sizes);
 
   PlanStore plans_;
   MemorySizes sizes_;
+  std::size_t laid_out_ = 0;  // knots that have memory
   bool is_analyzed_ = false;
   std::uint64_t revision_ = 0;
-  AlignedBuffer matrices_, vectors_;
+  AlignedBuffer memory_;
 };
 
 /// See StructuredQpSolver::flops.
