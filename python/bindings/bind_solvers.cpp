@@ -32,7 +32,8 @@ void bind_settings(nb::module_& m) {
   nb::class_<PenaltySubproblemSettings>(m, "SubproblemSettings")
       .def(nb::init<>())
       .def_rw("max_inner_iterations", &PenaltySubproblemSettings::max_inner_iterations)
-      .def_rw("tolerance", &PenaltySubproblemSettings::tolerance);
+      .def_rw("tolerance", &PenaltySubproblemSettings::tolerance)
+      .def_rw("decrease_tolerance", &PenaltySubproblemSettings::decrease_tolerance);
   nb::class_<LdlSettings>(m, "LdlSettings")
       .def(nb::init<>())
       .def_rw("primal_regularization", &LdlSettings::primal_regularization)

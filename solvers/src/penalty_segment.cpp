@@ -142,8 +142,8 @@ double PenaltySegment::minimize(const Derivatives& start) const {
   return low;
 }
 
-double PenaltySegment::slope_error(const PenaltyModel& model) const {
-  double error = 0.0, largest = 0.0;
+PenaltySegment::ModelError PenaltySegment::model_error(const PenaltyModel& model) const {
+  double error = 0.0, largest = 0.0, gain = 0.0;
   bool is_nan = false;
   auto active = active_.begin();  // in the order of the rows
   for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
@@ -151,17 +151,18 @@ double PenaltySegment::slope_error(const PenaltyModel& model) const {
       const double h = row_[first + j] + row_change_[first + j];
       const double modelled =
           model.slope[k][j] + model.curvature[k][j] * (h - stage.penalty_value[j]);
-      double exact = 0.0;
+      PenaltyValue exact;
       if (active != active_.end() && active->row == first + j)
-        exact = evaluate_penalty(*active++->policy, h).slope;
-      const double difference = std::abs(modelled - exact);
+        exact = evaluate_penalty(*active++->policy, h);
+      const double difference = std::abs(modelled - exact.slope);
       is_nan = is_nan || std::isnan(difference);  // which std::max would lose
       error = std::max(error, difference);
-      largest = std::max({largest, std::abs(modelled), std::abs(exact)});
+      largest = std::max({largest, std::abs(modelled), std::abs(exact.slope)});
+      if (difference > 0.0) gain += 0.5 * difference * difference / exact.curvature;
     }
   });
-  if (is_nan) return std::numeric_limits<double>::quiet_NaN();
-  return largest > 0.0 ? error / largest : 0.0;
+  if (is_nan) error = std::numeric_limits<double>::quiet_NaN();
+  return {largest > 0.0 ? error / largest : error, gain};
 }
 
 void PenaltySegment::expand(PenaltyModel& model) const {

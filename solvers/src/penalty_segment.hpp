@@ -34,9 +34,17 @@ class PenaltySegment {
   /// d is no direction of descent. `start` is at(0).
   double minimize(const Derivatives& start) const;
 
-  /// How far the slopes of `model`, relative to the largest, are from the true ones at w + d. At
-  /// zero, w + d is the minimiser of the true cost if it is that of the model. NaN if a row is.
-  double slope_error(const PenaltyModel& model) const;
+  /// How `model` differs from the penalties at w + d.
+  struct ModelError {
+    /// Of the slopes, relative to the largest. At zero, w + d is the minimiser of the true cost if
+    /// it is that of the model. NaN if a row is.
+    double slope = 0.0;
+    /// Upper bound on what the next Newton step from w + d can gain. Its gain is 1/2 r'M^{-1} r
+    /// with r = J'e, e the errors of the slopes, and M = H + J'D J; as J M^{-1} J' <= D^{-1}, that
+    /// is at most 1/2 sum_j e_j^2 / D_jj. Infinite where a row with an error has no curvature.
+    double gain = 0.0;
+  };
+  ModelError model_error(const PenaltyModel& model) const;
   /// The second-order expansion of every penalty about the point.
   void expand(PenaltyModel& model) const;
 

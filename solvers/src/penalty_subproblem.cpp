@@ -34,6 +34,7 @@ std::string PenaltySubproblemSettings::explain_invalid() const {
   return SettingRules("subproblem.")
       .at_least("max_inner_iterations", max_inner_iterations, 1)
       .not_negative("tolerance", tolerance)
+      .not_negative("decrease_tolerance", decrease_tolerance)
       .sentence();
 }
 
@@ -91,8 +92,8 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     result.update_ms += solver.update_ms();
     result.solve_ms += solver.solve_ms();
     segment_->aim(qp, solution.w, candidate_.w);
-    const double slope_error = segment_->slope_error(model_);
-    if (!is_usable(status) || std::isnan(slope_error)) {
+    const PenaltySegment::ModelError error = segment_->model_error(model_);
+    if (!is_usable(status) || std::isnan(error.slope)) {
       // Later on the point at hand remains good, just not the best.
       const QpStatus failure = is_usable(status) ? QpStatus::NonFinite : status;
       result.status = result.iterations == 1 ? failure : QpStatus::Inaccurate;
@@ -100,8 +101,11 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     }
     if (result.status != QpStatus::Inaccurate) result.status = status;
 
-    // (2) If the model's slopes are the true ones there, nothing remains to be done.
-    result.converged = slope_error <= settings_.tolerance;
+    // (2) If the model's slopes are the true ones there, nothing remains to be done; if they are
+    // close, next to nothing.
+    const double decrease = -(result.predicted_change + segment_->change(1.0));
+    result.converged =
+        error.slope <= settings_.tolerance || error.gain <= settings_.decrease_tolerance * decrease;
 
     // (3) The lowest point of the true cost on the way there.
     double alpha = 1.0;

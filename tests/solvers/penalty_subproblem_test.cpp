@@ -73,9 +73,12 @@ StageQp scalar_qp(double weight, double gradient, double h, const Policy& policy
   return qp;
 }
 
+constexpr PenaltySubproblemSettings kExact{
+    .max_inner_iterations = 50, .tolerance = 1e-10, .decrease_tolerance = 0.0};
+
 TEST(PenaltySubproblem, FindsTheMinimumOfRandomProblems) {
   const auto solver = make_qp_solver("ldl");
-  PenaltySubproblem subproblem({.max_inner_iterations = 50, .tolerance = 1e-10});
+  PenaltySubproblem subproblem(kExact);
   for (unsigned seed = 0; seed < 30; ++seed) {
     SCOPED_TRACE(seed);
     const StageQp qp = random_stage_qp(options(), seed);
@@ -88,6 +91,26 @@ TEST(PenaltySubproblem, FindsTheMinimumOfRandomProblems) {
     EXPECT_NEAR(evaluate_cost(qp, solution.w), expected, 1e-9 * (1.0 + std::abs(expected)));
     EXPECT_LE(kkt_residual(qp, subproblem.model(), solution).max(), 1e-6);
   }
+}
+
+TEST(PenaltySubproblem, EndsWhereAnotherQpWouldGainNextToNothing) {
+  const auto solver = make_qp_solver("ldl");
+  constexpr double kShare = 1e-2;
+  PenaltySubproblem exact(kExact);
+  PenaltySubproblem early({.max_inner_iterations = 50, .decrease_tolerance = kShare});
+  int exact_iterations = 0, early_iterations = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    SCOPED_TRACE(seed);
+    const StageQp qp = random_stage_qp(options(), seed);
+    StageQpSolution best = zero(qp), good = zero(qp);
+    exact_iterations += exact.solve(qp, *solver, best).iterations;
+    const PenaltySubproblemResult result = early.solve(qp, *solver, good);
+    early_iterations += result.iterations;
+    EXPECT_TRUE(result.converged);
+    const double left = evaluate_cost(qp, good.w) - evaluate_cost(qp, best.w);
+    EXPECT_LE(left, 2.0 * kShare * std::abs(result.predicted_change));
+  }
+  EXPECT_LT(early_iterations, exact_iterations);
 }
 
 TEST(PenaltySubproblem, NeverEndsAboveAFeasibleStart) {
@@ -143,7 +166,7 @@ TEST(PenaltySubproblem, OneIterationSufficesWhenNoPenaltyChanges) {
 TEST(PenaltySubproblem, TheSolutionIsAFixedPoint) {
   const StageQp qp = random_stage_qp(options(), 5);
   const auto solver = make_qp_solver("ldl");
-  PenaltySubproblem subproblem({.max_inner_iterations = 50});
+  PenaltySubproblem subproblem(kExact);
   StageQpSolution solution = zero(qp);
   ASSERT_TRUE(subproblem.solve(qp, *solver, solution).converged);
   const Eigen::VectorXd first = DenseQp::stack(solution.w);
@@ -156,7 +179,7 @@ TEST(PenaltySubproblem, TheSolutionIsAFixedPoint) {
 TEST(PenaltySubproblem, TheLastActiveSetIsAWarmStart) {
   const StageQp qp = random_stage_qp(options(), 6);
   const auto solver = make_qp_solver("ldl");
-  PenaltySubproblem subproblem({.max_inner_iterations = 50, .tolerance = 1e-10});
+  PenaltySubproblem subproblem(kExact);
   StageQpSolution cold = zero(qp);
   const auto first = subproblem.solve(qp, *solver, cold);
   ASSERT_GT(first.iterations, 2);
@@ -170,7 +193,7 @@ TEST(PenaltySubproblem, TheLastActiveSetIsAWarmStart) {
 
 TEST(PenaltySubproblem, AMisleadingFirstModelIsOvercome) {
   const auto solver = make_qp_solver("ldl");
-  PenaltySubproblem subproblem({.max_inner_iterations = 50});
+  PenaltySubproblem subproblem(kExact);
   for (unsigned seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
     const StageQp qp = random_stage_qp(options(), seed);
@@ -191,7 +214,7 @@ TEST(PenaltySubproblem, WorksWithOsqpAndHardRows) {
   settings.osqp.absolute_tolerance = settings.osqp.relative_tolerance = 1e-9;
   settings.osqp.max_iterations = 50000;
   const auto solver = make_qp_solver("osqp", settings);
-  PenaltySubproblem subproblem({.max_inner_iterations = 50});
+  PenaltySubproblem subproblem(kExact);
   for (unsigned seed = 0; seed < 10; ++seed) {
     SCOPED_TRACE(seed);
     const StageQp qp = random_stage_qp(hard, seed);

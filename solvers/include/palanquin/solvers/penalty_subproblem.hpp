@@ -11,6 +11,9 @@ namespace palanquin {
 struct PenaltySubproblemSettings {
   int max_inner_iterations = 6;  ///< QPs per subproblem; 1 is the paper's one curvature a step
   double tolerance = 1e-8;       ///< on the penalties' slopes and on the decrease, relative
+  /// Ends as well when another QP would lower the cost by less than this share of the decrease so
+  /// far: the linearisation is not worth more. 0 for the exact minimiser.
+  double decrease_tolerance = 1e-3;
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;
