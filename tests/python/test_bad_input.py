@@ -43,7 +43,10 @@ def test_unknown_names_list_the_known_ones(body, inputs):
     ("options", "message"),
     [
         ({"iterations": 3}, "SqpSettings has no field 'iterations'; it has .*max_iterations"),
-        ({"subproblem": {"steps": 3}}, "no field 'steps'; it has decrease_tolerance, max_inner_iterations"),
+        (
+            {"subproblem": {"steps": 3}},
+            "no field 'steps'; it has decrease_tolerance, max_inner_iterations",
+        ),
         ({"subproblem": 3}, r"SqpSettings.subproblem is 3, a int; a SubproblemSettings is needed"),
         ({"qp": {"name": "ldl"}}, "SqpSettings.qp is .*, a dict; a str is needed"),
         (
