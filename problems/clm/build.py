@@ -11,7 +11,7 @@ from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.problems.terrains import Terrain
 
 FORCE_FAMILIES = ("normal", "friction")
-FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch", "area")
+FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch", "area", "collision")
 
 
 def build_clm(
@@ -22,6 +22,7 @@ def build_clm(
     friction: float = 0.8,
     ditches: int | m.Ditches = 0,
     weights: Weights = TABLE_I,
+    obstacles: m.Obstacles | None = None,
 ) -> Problem:
     """The optimal control problem of a team that carries a payload.
 
@@ -36,6 +37,7 @@ def build_clm(
         friction: static friction coefficient mu.
         ditches: how many ditches the problem can hold, or their module with its settings.
         weights: of the costs.
+        obstacles: what bodies keep clear of; nothing unless told.
     """
     problem = Problem(horizon, dt, name=f"clm{len(team.carriers)}")
     payload = problem.add(m.RigidBody("payload", team.payload.mass, team.payload.inertia))
@@ -48,6 +50,8 @@ def build_clm(
     problem.add(m.Terrain(terrain, friction))
     if ditches:
         problem.add(m.Ditches(ditches) if isinstance(ditches, int) else ditches)
+    if obstacles is not None:
+        problem.add(obstacles)
     return problem
 
 

@@ -4,6 +4,7 @@ from palanquin.problems.modules.ditches import Ditches, DitchField
 from palanquin.problems.modules.grasp import Grasp, Hand
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.leg import Foot, Leg
+from palanquin.problems.modules.obstacles import ObstacleField, Obstacles
 from palanquin.problems.modules.quadruped import ArmedQuadruped, Quadruped
 from palanquin.problems.modules.rigid_body import GRAVITY, Body, RigidBody
 from palanquin.problems.modules.terrain import Terrain
@@ -22,6 +23,8 @@ __all__ = [
     "Ground",
     "Hand",
     "Leg",
+    "ObstacleField",
+    "Obstacles",
     "Quadruped",
     "RigidBody",
     "Terrain",

@@ -17,6 +17,7 @@ class Ground:
         friction: static friction coefficient mu.
         xy: symbols of the coordinates, [2].
         z: height over `xy`.
+        is_shared: whether all feet have the same.
         limits: rows that are <= 0 where the foot may stand, over `xy`, m, [n].
     """
 
@@ -24,6 +25,7 @@ class Ground:
     xy: Expression
     z: Expression
     limits: Expression
+    is_shared: bool
 
     def height(self, xy: Expression) -> Expression:
         """z_g at `xy` [2], m."""

@@ -60,6 +60,7 @@ class Terrain:
             xy=xy,
             z=ca.SX(self.shape.expression(xy[0], xy[1], values)),
             limits=self.shape.limits(xy[0], xy[1], values),
+            is_shared=not self.shape.local_parameters(),
         )
 
     def _add_contact(self, problem: Problem, ground: Ground, foot: Foot) -> None:

@@ -9,6 +9,7 @@ from palanquin.problems import clm, quaternions
 from palanquin.problems import modules as m
 from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
 from palanquin.problems.height_map import HeightMap
+from palanquin.problems.modules.obstacles import box, cylinder
 from palanquin.problems.terrains import Ramp
 
 STEP = 1e-6
@@ -20,6 +21,11 @@ PROBLEMS = {
     "squared ditches": {"ditches": m.Ditches(2, LINES, formulation="squared")},
     "areas": {
         "terrain": FootholdAreas((FootholdArea.rectangle((0.1, 0.2), (0.5, 0.3), 0.1, 0.4, 0.2),))
+    },
+    "obstacles": {
+        "obstacles": m.Obstacles(
+            3, (0.08, 2.0, 0.06), [box((0.3, -0.2), (1.0, 0.4), 0.7, 0.8), cylinder((0.2, 1), 0.3)]
+        )
     },
     "height map": {"terrain": HeightMap(np.random.default_rng(0).uniform(-0.1, 0.1, (9, 12)))},
 }
