@@ -100,9 +100,6 @@ class PlannerSettings(Strict):
     candidates: Annotated[int, Field(ge=1, le=64)] = Field(
         1, description="choices of footholds solved side by side"
     )
-    footholds: FootholdRule = Field(
-        "hips", description="reference footholds: below the hips, or half a stance ahead"
-    )
     references: RobotReferences = Field(
         "ground",
         description="robots over their own ground, or rigid with the payload as in the paper",
@@ -128,7 +125,6 @@ class PlannerSettings(Strict):
             "candidates": self.candidates,
             "footholds": self.footholds,
             "references": self.references,
-            "footholds": self.footholds,
             "qp": self.qp,
             "threads": self.threads,
             "max_iterations": self.iterations,
