@@ -52,8 +52,6 @@ RobotController::RobotController(const RobotDescription& robot, const FootPositi
 void RobotController::update(double time, double dt, const RobotState& measured,
                              const Vector4& forces, const RobotTarget& target) {
   model_.update(measured);
-  base_position_ = measured.base_position;
-  base_velocity_ = measured.base_velocity;
   if (!has_started_) {
     for (int leg = 0; leg < kLegs; ++leg) begin_stance(leg);
     has_started_ = true;
@@ -89,9 +87,13 @@ void RobotController::control_leg(int leg, double time, const RobotTarget& targe
   const GaitPattern& gait = settings_.gait;
   const Vector3 lift_off = lift_off_.col(leg);
   switch (phase(leg)) {
-    case LegPhase::Stance:
-      controller_.add_contact({leg, target.forces.col(leg), settings_.friction});
+    case LegPhase::Stance: {
+      Vector3 force = target.forces.col(leg);
+      if (monitors_[static_cast<std::size_t>(leg)].is_early())
+        force = Vector3(0, 0, settings_.contact.early_force);
+      controller_.add_contact({leg, force, settings_.friction});
       return;
+    }
     case LegPhase::Swing: {
       footholds_.col(leg) = foothold(leg, time, target);
       const Vector3 end =
@@ -118,13 +120,14 @@ Vector3 RobotController::foothold(int leg, double time, const RobotTarget& targe
   const Vector3 arm = model_.rotation() * hips_.col(leg);
   const Vector3 turn(0, 0, target.commanded_yaw_rate);
   FootholdInput input;
-  input.hip = base_position_ + arm;
-  input.velocity = base_velocity_ + turn.cross(arm);
+  input.hip = model_.com().position + arm;
+  input.velocity = model_.com().velocity + turn.cross(arm);
   input.commanded_velocity = target.commanded_velocity + turn.cross(arm);
   input.remaining = (1 - gait.swing_progress(leg, time)) * gait.swing_duration(leg);
   input.stance_duration = gait.stance_duration(leg);
   input.velocity_gain = settings_.foothold_gain;
   input.ground = ground_;
+  input.height = model_.com().position.z() - ground_;
   return raibert_foothold(input);
 }
 
@@ -166,14 +169,11 @@ RobotObservation RobotController::observe(const RobotState& measured) {
 }
 
 std::array<bool, kLegs> RobotController::contacts(double now, double time) const {
-  const GaitPattern& gait = settings_.gait;
   std::array<bool, kLegs> flags{};
   for (int leg = 0; leg < kLegs; ++leg) {
     const ContactMonitor& monitor = monitors_[static_cast<std::size_t>(leg)];
-    const double touchdown = now + (1 - gait.swing_progress(leg, now)) * gait.swing_duration(leg);
-    const bool stays = monitor.is_early() && time < touchdown;
     const bool is_absent = monitor.is_late() && time < now + kLandsWithin;
-    flags[static_cast<std::size_t>(leg)] = stays || (gait.stands(leg, time) && !is_absent);
+    flags[static_cast<std::size_t>(leg)] = settings_.gait.stands(leg, time) && !is_absent;
   }
   return flags;
 }

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace palanquin {
 
 namespace {
+
+constexpr double kGravity = 9.81;  ///< m/s^2
 
 struct Value {
   double value, slope, curvature;
@@ -46,10 +49,12 @@ PointTarget swing_target(const Vector3& lift_off, const Vector3& foothold, doubl
 }
 
 Vector3 raibert_foothold(const FootholdInput& input) {
+  const double a = input.stance_duration / 2 * std::sqrt(kGravity / std::max(input.height, 0.05));
   const Vector3 hip = input.hip + input.remaining * input.velocity;
-  Eigen::Vector2d ahead = (0.5 * input.stance_duration * input.commanded_velocity +
-                           input.velocity_gain * (input.velocity - input.commanded_velocity))
-                              .head<2>();
+  const Vector3 mean = std::tanh(a) / a * input.velocity;
+  Eigen::Vector2d ahead =
+      (0.5 * input.stance_duration * mean + input.velocity_gain * (mean - input.commanded_velocity))
+          .head<2>();
   if (const double length = ahead.norm(); length > input.farthest) ahead *= input.farthest / length;
   return {hip.x() + ahead.x(), hip.y() + ahead.y(), input.ground};
 }

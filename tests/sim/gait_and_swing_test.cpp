@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "palanquin/sim/contact_monitor.hpp"
 #include "palanquin/sim/gait_pattern.hpp"
 #include "palanquin/sim/swing.hpp"
@@ -65,9 +67,12 @@ TEST(Foothold, IsSymmetricInMarchAndAheadInARun) {
   input.velocity = input.commanded_velocity = Vector3::Zero();
   input.ground = 0.05;
   EXPECT_EQ(raibert_foothold(input), Vector3(1, 2, 0.05));
-  input.velocity = input.commanded_velocity = {0.5, 0, 0};
+  // A pendulum whose mean velocity is the commanded one stands half a stance ahead.
+  const double a = 0.1 * std::sqrt(9.81 / input.height);
+  input.commanded_velocity = {0.5, 0, 0};
+  input.velocity = a / std::tanh(a) * input.commanded_velocity;
   input.remaining = 0.1;
-  EXPECT_NEAR(raibert_foothold(input).x(), 1 + 0.05 + 0.05, 1e-12);
+  EXPECT_NEAR(raibert_foothold(input).x(), 1 + 0.1 * input.velocity.x() + 0.05, 1e-12);
   input.velocity.x() = 20;  // thrown: no further than a leg reaches
   EXPECT_NEAR(raibert_foothold(input).x() - (1 + 2.0), input.farthest, 1e-12);
 }

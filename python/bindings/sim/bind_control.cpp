@@ -41,7 +41,8 @@ void bind_control(nb::module_& m) {
       .def_rw("touch_force", &ContactSettings::touch_force)
       .def_rw("release_force", &ContactSettings::release_force)
       .def_rw("lost_time", &ContactSettings::lost_time)
-      .def_rw("earliest", &ContactSettings::earliest);
+      .def_rw("earliest", &ContactSettings::earliest)
+      .def_rw("early_force", &ContactSettings::early_force);
   nb::class_<RobotControlSettings>(m, "RobotControlSettings", "See robot_controller.hpp.")
       .def(nb::init<>())
       .def_rw("whole_body", &RobotControlSettings::whole_body)

@@ -13,6 +13,7 @@ struct ContactSettings {
   double release_force = 2;  ///< below which a standing foot has lost the ground, N
   double lost_time = 0.015;  ///< for so long, s
   double earliest = 0.5;     ///< share of the swing after which a contact is a touchdown
+  double early_force = 15;   ///< that a foot is to bear which landed before it was due, N
 };
 
 /// Decides by the schedule and the foot's force sensor whether a leg stands: a contact late in the

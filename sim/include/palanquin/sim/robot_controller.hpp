@@ -37,7 +37,7 @@ struct RobotControlSettings {
   double foothold_gain = 0.1;     ///< s, see FootholdInput
   double reach_speed = 0.4;       ///< downwards, of a leg that feels no ground, m/s
   double reach_depth = 0.12;      ///< at most, m
-  double penetration = 0.005;     ///< below the ground that a swing aims at, m
+  double penetration = 0.001;     ///< below the ground that a swing aims at, m
   double foot_radius = 0.02;      ///< m
 
   std::string explain_invalid() const;
@@ -56,8 +56,8 @@ struct RobotObservation {
 /// The controller of one robot: gait clock, contact detection, footholds, swing feet, and the
 /// whole-body QP. It knows the measured state, its feet's forces and the planner's target only.
 ///
-/// The robot's first four points are the centres of its feet, LF, RF, LH, RH; `hips` are the
-/// points of its base, in base axes relative to the base's origin, above which they stand.
+/// The robot's first four points are the centres of its feet, LF, RF, LH, RH; `hips` are where
+/// they stand below by default, in base axes relative to the centre of mass.
 class RobotController {
  public:
   /// Throws std::invalid_argument for bad settings or a robot with fewer than four points.
@@ -79,8 +79,9 @@ class RobotController {
 
   RobotObservation observe(const RobotState& measured);
 
-  /// Contact flags [4] at `time`, from `now` on, as far as the schedule and the feet tell: a foot
-  /// that landed early stays, one that is late comes to stand soon.
+  /// Contact flags [4] at `time`, from `now` on, as a planner is to count on them: by the schedule,
+  /// but for a foot that is late, which comes to stand soon. A foot that landed early bears little
+  /// until it is due: to load it at once, while it still bounces, kicks the body.
   std::array<bool, kLegs> contacts(double now, double time) const;
 
  private:
@@ -99,7 +100,6 @@ class RobotController {
   std::array<double, kLegs> reaching_since_{};
   Eigen::Matrix<double, 6, 1> output_errors_ = Eigen::Matrix<double, 6, 1>::Zero();
   double ground_ = 0;
-  Vector3 base_position_ = Vector3::Zero(), base_velocity_ = Vector3::Zero();
   bool has_started_ = false;
 };
 
