@@ -63,7 +63,7 @@ def build_bar_scene(team: BarTeam, ground: Ground) -> BarScene:
         trunk = child.body("trunk")
         trunk.add_site(name="bar", pos=centre + ATTACH, size=[0.012, 0, 0], rgba=METAL)
         spec.attach(child, prefix=f"{name}/", frame=spec.worldbody.add_frame())
-    bars = [_add_bar(spec, team, index) for index in range(team.robots - 1)]
+    bars = [_add_bar(spec, team, index, tilt) for index, tilt in enumerate(_tilts(team, ground))]
     add_cameras(bars[0], spec.worldbody)
     model = spec.compile()
     start = _standing(model, team, ground, centre)
@@ -86,8 +86,10 @@ def _standing_centre(spec: mujoco.MjSpec) -> Array:
     return np.array(data.subtree_com[1]) - data.xpos[1]
 
 
-def _add_bar(spec: mujoco.MjSpec, team: BarTeam, index: int) -> mujoco.MjsBody:
-    """The free bar `index` (along y, its frame in the middle) with its load and joints."""
+def _add_bar(spec: mujoco.MjSpec, team: BarTeam, index: int, tilt: float) -> mujoco.MjsBody:
+    """The free bar `index` (along y, its frame in the middle) with its load and joints; it starts
+    turned by `tilt` (rad) about x.
+    """
     name, half = f"bar{index + 1}", team.length / 2
     bar = spec.worldbody.add_body(name=name)
     bar.add_freejoint(name=name)
@@ -103,23 +105,28 @@ def _add_bar(spec: mujoco.MjSpec, team: BarTeam, index: int) -> mujoco.MjsBody:
             contype=0, conaffinity=1,
         )  # fmt: skip
     for end, robot in ((half, team.names[index]), (-half, team.names[index + 1])):
-        _add_joint(spec, bar, end, robot, team.restrict)
+        _add_joint(spec, bar, end, robot, team.restrict, tilt)
     return bar
 
 
 def _add_joint(
-    spec: mujoco.MjSpec, bar: mujoco.MjsBody, y: float, robot: str, restrict: tuple[str, ...]
+    spec: mujoco.MjSpec,
+    bar: mujoco.MjsBody,
+    y: float,
+    robot: str,
+    restrict: tuple[str, ...],
+    tilt: float,
 ) -> None:
     """Holds the bar's end at a robot's interaction point: a ball joint, or one with fewer axes.
 
     The latter is a small coupler that turns on the bar about the free axes and is welded to the
-    robot.
+    robot, level at the start.
     """
     end, equality = bar, mujoco.mjtEq.mjEQ_CONNECT
     site = f"{bar.name}/{robot}"
     if restrict:
         equality = mujoco.mjtEq.mjEQ_WELD
-        end = bar.add_body(name=site, pos=(0, y, 0))
+        end = bar.add_body(name=site, pos=(0, y, 0), quat=_about_x(-tilt))
         end.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.02, 0, 0], mass=0.05, rgba=METAL,
             contype=0, conaffinity=0,
@@ -150,12 +157,19 @@ def _standing(model: mujoco.MjModel, team: BarTeam, ground: Ground, centre: Arra
             for joint, part in enumerate(("hip", "thigh", "calf")):
                 data.joint(f"{name}/{FEET[foot]}_{part}").qpos = legs[3 * foot + joint]
     points = bases + centre + ATTACH
-    for index, (left, right) in enumerate(pairwise(points)):
-        along = left - right
-        tilt = np.arctan2(along[2], along[1])
-        quaternion = [np.cos(tilt / 2), np.sin(tilt / 2), 0, 0]
-        data.joint(f"bar{index + 1}").qpos = [*(left + right) / 2, *quaternion]
+    for index, (ends, tilt) in enumerate(zip(pairwise(points), _tilts(team, ground), strict=True)):
+        data.joint(f"bar{index + 1}").qpos = [*np.mean(ends, axis=0), *_about_x(tilt)]
     return np.array(data.qpos)
+
+
+def _tilts(team: BarTeam, ground: Ground) -> Array:
+    """Angles about x (rad) [M - 1] at which the bars start."""
+    along = -np.diff(_places(team, ground), axis=0)
+    return np.asarray(np.arctan2(along[:, 2], along[:, 1]))
+
+
+def _about_x(angle: float) -> Array:
+    return np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0])
 
 
 def _places(team: BarTeam, ground: Ground) -> Array:

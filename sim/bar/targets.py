@@ -59,17 +59,11 @@ class Reference:
         turn = _wrapped(self.yaw + dt * command.wz - heading(seen))
         self.yaw = heading(seen) + float(np.clip(turn, -YAW_LEASH, YAW_LEASH))
 
-    def ahead(self, dt: float, horizon: int) -> Array:
-        """States [horizon + 1, 13] now and after each dt (s): position, orientation (w, x, y, z),
-        velocity, angular velocity, at the same velocity as now.
-        """
-        times = dt * np.arange(horizon + 1)
-        states = np.zeros((horizon + 1, 13))
-        states[:, :3] = self.position + times[:, None] * self.velocity
-        states[:, 3:7] = quaternions.from_yaw(self.yaw + times * self.yaw_rate)
-        states[:, 7:10] = self.velocity
-        states[:, 12] = self.yaw_rate
-        return states
+    @property
+    def body(self) -> Array:
+        """As a state [13]: position, orientation (w, x, y, z), velocity, angular velocity."""
+        turn = quaternions.from_yaw(self.yaw)
+        return np.concatenate([self.position, turn, self.velocity, [0.0, 0.0, self.yaw_rate]])
 
 
 def heading(seen: _sim.RobotObservation) -> float:

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
 from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
+from palanquin.cli.demo_bar import bar
 from palanquin.cli.watching import progress_bars, show
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -19,6 +20,7 @@ if TYPE_CHECKING:  # imported late, so that --help is quick
 
 
 app = typer.Typer(cls=DefaultCommandGroup, add_completion=False)
+app.command()(bar)
 
 
 class Tracking(StrEnum):
@@ -127,11 +129,11 @@ def demo(
         files = DemoFiles.prepare(scenario.name, out_folder, rrd, json_file, video)
         out.print(scenario.summary, markup=False)
         show_progress_of_lowering()
-        with progress_bars() as bar:
+        with progress_bars() as progress:
             ticks = number_of_ticks(scenario.duration, scenario.planner.period)
             planner = scenario.build_planner()
-            rollout = run_scenario(scenario, planner, bar("planning", ticks))
-            trajectory = track(rollout, progress=bar("tracking", 1.0))
+            rollout = run_scenario(scenario, planner, progress("planning", ticks))
+            trajectory = track(rollout, progress=progress("tracking", 1.0))
             figures = {
                 "scenario": scenario.name,
                 "tracking": tracking.value,
@@ -146,7 +148,7 @@ def demo(
                 partial(draw_figures, rollout),
                 partial(record, rollout, trajectory),
                 planned_motion(trajectory, rollout),
-                bar("video", 1.0),
+                progress("video", 1.0),
             )
     out.print(_table(_title(scenario), figures))
     for kind, path in written.items():

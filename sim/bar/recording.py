@@ -1,0 +1,29 @@
+"""A Rerun recording of a run of bar carriers (needs the extra `viz`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from palanquin.sim.bar.run import BarRun
+from palanquin.sim.errors import MissingExtraError
+
+
+def record(run: BarRun, path: Path) -> None:
+    """Write `path` (.rrd). Timeline `sim_time` (s).
+
+    Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force` (of the simulation),
+    `world/bar<b>`, `world/ground`; `plan/<robot>` and `plan/<robot>/<foot>/force`;
+    `solver/solve_ms`, `solver/<robot>/lambda`; `control/<robot>/...` with velocities, their
+    references and the virtual constraints.
+
+    Raises MissingExtraError when rerun-sdk is not installed.
+    """
+    try:
+        from palanquin.sim.bar import rerun_log
+    except ModuleNotFoundError as error:
+        if error.name != "rerun":
+            raise
+        raise MissingExtraError(
+            "rerun-sdk is not installed; `pip install palanquin[viz]` adds it"
+        ) from error
+    rerun_log.write(run, path)

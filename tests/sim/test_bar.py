@@ -1,0 +1,211 @@
+"""Robots on bars: scenes, texts, and a short closed loop in full physics."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from palanquin.problems import quaternions
+from palanquin.problems.clm.references import Velocity
+from palanquin.problems.robots import A1
+from palanquin.sim.bar import texts
+from palanquin.sim.bar.disturbances import Force, Rope
+from palanquin.sim.bar.ground import Ground
+from palanquin.sim.bar.outcome import outcome
+from palanquin.sim.bar.planners import build_planner
+from palanquin.sim.bar.run import Loop, run
+from palanquin.sim.bar.scenario import BarScenario, Sensors
+from palanquin.sim.bar.scene import build_bar_scene
+from palanquin.sim.bar.team import ATTACH, STANDING_HEIGHT, BarTeam
+from palanquin.sim.errors import InputError
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """Three seconds at 0.4 m/s with an unknown load of 5 kg, a little off at the start."""
+    scenario = BarScenario(team=BarTeam(payload=5.0), velocity=Velocity(0.4), duration=3.0, seed=1)
+    return run(scenario, build_planner(scenario))
+
+
+def test_robots_weigh_what_is_published_and_stand_at_their_height():
+    scene = build_bar_scene(BarTeam(), Ground())
+    data = scene.data()
+    for name, lane in (("left", 0.5), ("right", -0.5)):
+        trunk = scene.model.body(f"{name}/trunk").id
+        assert scene.model.body_subtreemass[trunk] == pytest.approx(A1.mass)
+        np.testing.assert_allclose(data.subtree_com[trunk], [0, lane, STANDING_HEIGHT], atol=5e-3)
+        site = data.site(f"{name}/bar").xpos
+        np.testing.assert_allclose(site - data.subtree_com[trunk], ATTACH, atol=5e-3)
+
+
+@pytest.mark.parametrize("restrict", [(), ("yaw",), ("roll", "pitch", "yaw")])
+@pytest.mark.parametrize("step", [0.0, 0.1])
+def test_bars_fit_between_their_robots(restrict, step):
+    team = BarTeam(robots=4, payload=2.0, payload_at=0.2, restrict=restrict)
+    scene = build_bar_scene(team, Ground(step=step))
+    data = scene.data()
+    for index in range(3):
+        left, right = (data.site(f"{name}/bar").xpos for name in team.names[index : index + 2])
+        assert np.linalg.norm(left - right) == pytest.approx(1.0, abs=1e-9)
+    connects = [c for c in range(data.nefc) if data.efc_type[c] == 0]
+    assert np.abs(data.efc_pos[connects]).max() < 1e-9
+
+
+def test_the_load_sits_where_it_is_told():
+    scene = build_bar_scene(BarTeam(payload=4.0, payload_at=0.25, bar_mass=1e-3), Ground())
+    data = scene.data()
+    bar = scene.model.body("bar1").id
+    np.testing.assert_allclose(data.xipos[bar][1], 0.25, atol=1e-3)
+    assert scene.model.body_mass[bar] == pytest.approx(4.001)
+
+
+@pytest.mark.parametrize("kind", ["rough", "blocks"])
+def test_rough_ground_follows_its_seed_and_starts_flat(kind):
+    def surface(seed: int) -> np.ndarray:
+        model = build_bar_scene(BarTeam(), Ground(kind, height=0.08, seed=seed)).model
+        return np.concatenate([model.hfield_data, model.geom_pos.ravel(), model.geom_size.ravel()])
+
+    np.testing.assert_array_equal(surface(3), surface(3))
+    assert not np.array_equal(surface(3), surface(4))
+    scene = build_bar_scene(BarTeam(), Ground(kind, height=0.08, seed=3))
+    data = scene.data()
+    heights = []
+    for x in np.linspace(-0.5, 8.0, 200):
+        start, down = np.array([x, 0.8, 1.0]), np.array([0.0, 0.0, -1.0])
+        groups = np.array([1, 0, 0, 0, 0, 0], np.uint8)
+        geom = np.zeros(1, np.int32)
+        heights.append(1.0 - mujoco.mj_ray(scene.model, data, start, down, groups, 1, -1, geom))
+    assert np.abs(heights[:10]).max() < 1e-6
+    assert 0.04 < max(heights) <= 0.08 + 1e-6
+    assert min(heights) > -1e-6
+
+
+def test_the_team_walks_as_told(walk):
+    figures = outcome(walk)
+    assert figures["completed"], figures["fall"]
+    assert figures["velocity_error_m_s"]["rms"] < 0.06
+    assert 0.6 < figures["distance_m"] < 0.9
+    assert figures["fallbacks"] == figures["control_fallbacks"] == 0
+
+
+def test_invariants_hold_on_the_way(walk):
+    ticks, extremes = walk.ticks, walk.extremes
+    assert 0 < extremes.bar_length_error < 1e-3
+    assert extremes.torque_fraction <= 1.0
+    height = ticks.state[:, :, 2]
+    assert (np.abs(height - STANDING_HEIGHT) < 0.05).all()
+    upright = quaternions.matrix(ticks.state[..., 3:7])[..., 2, 2]
+    assert (upright > np.cos(0.1)).all()
+    weight = 9.81 * (2 * A1.mass + 5.3)
+    settled = ticks.time > 0.5
+    assert ticks.force[settled].sum(axis=(1, 2))[:, 2].mean() == pytest.approx(weight, rel=0.03)
+
+
+def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
+    force, contact = walk.ticks.planned_force, walk.ticks.contact
+    assert np.abs(force[~contact]).max() == 0.0
+    limit = 0.6 / math.sqrt(2) * force[..., 2]
+    assert (np.abs(force[..., :2]).max(axis=-1) <= limit + 1e-3).all()
+
+
+def test_runs_repeat_themselves():
+    scenario = BarScenario(duration=0.7, sensors=Sensors.usual(), seed=2)
+    first, second = (run(scenario, build_planner(scenario)) for _ in range(2))
+    np.testing.assert_array_equal(first.ticks.qpos, second.ticks.qpos)
+
+
+def test_a_fall_ends_the_run_and_says_why():
+    push = Force.constant(0, (0.0, 900.0, 0.0), 0.1, 0.6)
+    scenario = BarScenario(forces=(push,), duration=3.0)
+    result = run(scenario, build_planner(scenario))
+    figures = outcome(result)
+    assert figures["fell"]
+    assert not figures["completed"]
+    assert "touched the ground" in result.fall or "tipped over" in result.fall
+    assert 0.1 < figures["fall"]["time_s"] < 2.0
+
+
+def test_forces_act_as_described():
+    force = Force(0, (10.0, 20.0, 30.0), start=2.0, end=5.0).on(1)
+    np.testing.assert_allclose(force.force(2.1), np.array([10, 20, 30]) * np.sin(
+        2 * np.pi * 0.1 / np.array([1.0, 0.7, 0.4])))  # fmt: skip
+    np.testing.assert_array_equal(force.force(1.9), np.zeros(3))
+    steady = Force.constant(0, (1.0, 2.0, 3.0), 1.0, 4.0).on(1)
+    np.testing.assert_allclose(steady.force(3.0), [1, 2, 3])
+
+
+def test_a_rope_pulls_once_it_is_taut():
+    """Held in place, a robot that stands is dragged towards the anchor."""
+    rope = Rope(0, anchor=(1.2, 0.5, 0.3), velocity=(0.5, 0.0, 0.0), slack=1.2, start=0.1)
+    moves = []
+    for forces in ((), (rope,)):
+        scenario = BarScenario(velocity=Velocity(), forces=forces, duration=0.6)
+        moves.append(run(scenario, build_planner(scenario)).ticks.state[-1, 0, 0])
+    assert moves[1] > moves[0] + 1e-3
+
+
+def test_commands_can_change_under_way():
+    scenario = BarScenario(duration=5.0)
+    loop = Loop(scenario, build_planner(scenario))
+    loop.commands = [Velocity(0.2), Velocity(0.0, 0.1)]
+    row = loop.tick()
+    np.testing.assert_allclose(row["desired"][:, 7:9], [[0.2, 0.0], [0.0, 0.1]])
+
+
+def test_texts_are_read():
+    assert texts.parse_payload("5") == (5.0, 0.5)
+    assert texts.parse_payload("2.5@0.1") == (2.5, 0.1)
+    assert texts.parse_ground("rough:0.12", seed=3) == Ground("rough", 0.12, seed=3)
+    assert texts.parse_velocities("0.15/0") == (Velocity(0.15), Velocity(0.0))
+    assert texts.parse_velocities("0.3,0,0.2") == (Velocity(0.3, 0.0, 0.2),)
+    sinusoids = texts.parse_force("sin:20", 3)
+    assert [force.robot for force in sinusoids] == [0, 1, 2]
+    assert sinusoids[0].amplitude == (20.0, 20.0, 20.0)
+    (push,) = texts.parse_force("push:0,80,0@3,3.2:1", 2)
+    assert (push.robot, push.start, push.end) == (1, 3.0, 3.2)
+    (rope,) = texts.parse_force("pull:0,-0.3@2,8", 2)
+    assert rope.velocity == (0.0, -0.3, 0.0)
+    pressing = texts.parse_force("opposed:30", 2)
+    assert [force.amplitude[1] for force in pressing] == [-30.0, 30.0]
+
+
+@pytest.mark.parametrize(
+    ("parse", "text", "message"),
+    [
+        (texts.parse_payload, "heavy", "'heavy' is no finite number"),
+        (texts.parse_payload, "nan", "no finite number"),
+        (texts.parse_ground, "lava", "flat, rough, blocks"),
+        (texts.parse_ground, "rough:9", r"ground.height: 9.0"),
+        (texts.parse_velocities, "0.1,0,0,0", "VX"),
+        (lambda t: texts.parse_force(t, 2), "wind:3", "must begin with sin"),
+        (lambda t: texts.parse_force(t, 2), "push:1,2,3", "VALUES@FROM,TO"),
+        (lambda t: texts.parse_force(t, 2), "push:1,2,3@0,1:7", "robot 7"),
+        (lambda t: texts.parse_force(t, 2), "push:1,2@0,1", "three numbers"),
+        (lambda t: texts.parse_force(t, 2), "push:1,2,3@5,1", "in order"),
+        (lambda t: texts.parse_force(t, 2), "pull:0,0@0,1", "other than 0"),
+    ],
+)
+def test_garbage_is_explained(parse, text, message):
+    with pytest.raises(InputError, match=message):
+        parse(text)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: BarTeam(robots=1), "robots: 1"),
+        (lambda: BarTeam(payload=-1.0), "payload: -1.0"),
+        (lambda: BarTeam(restrict=("pitch", "pitch")), "restrict"),
+        (lambda: Ground(friction=0.0), "ground.friction: 0.0"),
+        (lambda: BarScenario(planner="wizard"), "planner: 'wizard'"),
+        (lambda: BarScenario(velocity=Velocity(9.0)), "velocity"),
+        (lambda: BarScenario(velocities=(Velocity(),)), "velocities: 1 for 2"),
+        (lambda: BarScenario(duration=0.0), "duration: 0.0"),
+        (lambda: BarScenario(sensors=Sensors(rate=-1.0)), "sensors: rate"),
+        (lambda: BarScenario(sensors=Sensors(delay=5.0)), "delay is 5000"),
+    ],
+)
+def test_bad_scenarios_are_explained(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
