@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from palanquin.problems.layered.bar import Bar
 from palanquin.problems.layered.centralized import CentralizedPlanner, NominalPlanner
+from palanquin.problems.layered.distributed import DistributedPlanner
 from palanquin.problems.layered.interconnected import COMPOSITE_INERTIA, Team
 from palanquin.problems.layered.planner import Planner
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
@@ -15,6 +16,7 @@ from palanquin.sim.bar.team import ATTACH, BarTeam
 
 KINDS: dict[str, type[Planner]] = {
     "centralized": CentralizedPlanner,
+    "distributed": DistributedPlanner,
     "nominal": NominalPlanner,
 }
 

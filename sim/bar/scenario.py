@@ -13,7 +13,7 @@ from palanquin.sim.bar.ground import Ground
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.errors import InputError
 
-PLANNERS = ("centralized", "nominal")
+PLANNERS = ("centralized", "distributed", "nominal")
 
 STANDING_TIME = 0.5
 """Before the first step, s."""

@@ -21,10 +21,16 @@ from palanquin.sim.bar.team import ATTACH, STANDING_HEIGHT, BarTeam
 from palanquin.sim.errors import InputError
 
 
-@pytest.fixture(scope="module")
-def walk():
+@pytest.fixture(scope="module", params=["centralized", "distributed"])
+def walk(request):
     """Three seconds at 0.4 m/s with an unknown load of 5 kg, a little off at the start."""
-    scenario = BarScenario(team=BarTeam(payload=5.0), velocity=Velocity(0.4), duration=3.0, seed=1)
+    scenario = BarScenario(
+        team=BarTeam(payload=5.0),
+        planner=request.param,
+        velocity=Velocity(0.4),
+        duration=3.0,
+        seed=1,
+    )
     return run(scenario, build_planner(scenario))
 
 

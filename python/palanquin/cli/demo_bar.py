@@ -21,6 +21,7 @@ class PlannerName(StrEnum):
     """Who plans."""
 
     CENTRALIZED = "centralized"
+    DISTRIBUTED = "distributed"
     NOMINAL = "nominal"
 
 
