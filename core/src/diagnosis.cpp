@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <stdexcept>
 
 #include "knot_buffers.hpp"
 #include "palanquin/core/transcription.hpp"
@@ -115,6 +116,22 @@ std::map<std::string, double> Transcription::violations(const RowMatrix& traject
     }
   }
   return worst;
+}
+
+void Transcription::refuse_locals_in_dynamics() const {
+  for (int k = 0; k < horizon_; ++k) {
+    const int entry = buffers_[static_cast<std::size_t>(k)].local_entry;
+    if (entry < 0) continue;
+    const Sparsity& pattern = problem_->running_linear.result(4);
+    int column = 0;
+    while (pattern.column_start[static_cast<std::size_t>(column + 1)] <= entry) ++column;
+    const auto block = std::find_if(
+        problem_->blocks().begin(), problem_->blocks().end(),
+        [&](const BlockInfo& b) { return column < b.tangent_offset + b.tangent_size; });
+    throw std::invalid_argument("block '" + block->name + "' is local at knot " +
+                                std::to_string(k) +
+                                ", but the dynamics depend on it there; make it an input");
+  }
 }
 
 std::vector<RowViolation> Transcription::worst_rows(const RowMatrix& trajectory, int count) {

@@ -17,6 +17,7 @@ struct Transcription::KnotBuffers {
   std::vector<double> equality, inequality, link;
   std::vector<double> embedded, slopes;  // of the charts
   std::vector<double> unused_slopes;     // where only the values are wanted
+  int local_entry = -1;  // of the dynamics' Jacobian, where a local meets it; negative: none
 };
 
 /// Their derivatives, which go into the stage QP at once: a thread needs them for one knot at a

@@ -225,8 +225,12 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, con
   std::vector<Term> terms;
   add_terms(problem.running_linear.result(4), columns, all_rows(problem.ndx()), 0, terms);
   // A local meets no dynamics at this knot (a swing foot's lever arm has no force), whatever the
-  // lowered pattern allows at others.
-  std::erase_if(terms, [&](const Term& t) { return t.column >= columns.nx + columns.nu; });
+  // lowered pattern allows at others: linearising checks that these entries are zero.
+  std::erase_if(terms, [&](const Term& t) {
+    const bool is_local = t.column >= columns.nx + columns.nu;
+    if (is_local) shape.local_dynamics.push_back(t.source);
+    return is_local;
+  });
   const int blocks = static_cast<int>(problem.blocks().size());
   for (int b = 0; b < blocks; ++b)
     if (next.first_column(b) >= problem.ndx() && next.first_column(b) < next.nx)

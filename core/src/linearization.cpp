@@ -85,7 +85,7 @@ void Transcription::evaluate_defect(int knot, const RowMatrix& trajectory) {
 
 void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory) {
   const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
-  const KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
+  KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
   const DerivativeBuffers& derivatives = derivatives_[static_cast<std::size_t>(thread)];
   QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
   const double* slopes = in.slopes.data();
@@ -112,6 +112,10 @@ void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory
   pick(shape.link_rows, in.link, stage.link_value.data());
 
   if (knot == horizon_) return;
+  in.local_entry = -1;
+  for (int entry : shape.local_dynamics)
+    if (std::abs(derivatives.dynamics[static_cast<std::size_t>(entry)]) > 0.0)
+      in.local_entry = entry;
   write(shape.dynamics, derivatives.dynamics, stage.dynamics);
   write(shape.implicit, derivatives.implicit, stage.implicit);
   std::copy(in.defect.begin(), in.defect.end(), stage.offset.data());
@@ -133,6 +137,7 @@ NonFinite Transcription::linearize(const RowMatrix& trajectory) {
     evaluate_knot(thread, knot, trajectory, true);
     fill_stage(thread, knot, trajectory);
   });
+  refuse_locals_in_dynamics();
   update_initial_state(trajectory);
   // Derivatives are not looked at here, for speed: a QP back end refuses what is not finite.
   for (int k = 0; k <= horizon_; ++k)

@@ -335,3 +335,14 @@ def test_penalties_turn_the_impossible_into_a_compromise(lowered):
     assert plan.status is pq.Status.CONVERGED
     assert plan.violation["arrival"] > 0.1
     assert plan.worst_rows(1)[0][1] == pytest.approx(plan.violation["arrival"], rel=0.5)
+
+
+def test_a_local_block_in_the_dynamics():
+    problem = pq.Problem(horizon=3, dt=0.1, name="local_in_dynamics")
+    x = problem.state("x", 2)
+    u = problem.variable("u", 1, role=pq.Role.LOCAL)
+    problem.dynamics(x, increment=problem.dt * ca.vertcat(x[1], u))
+    problem.residual("effort", u)
+    lowered = problem.lower()
+    with pytest.raises(ValueError, match="block 'u' is local at knot 0, but the dynamics depend"):
+        pq.Sqp(lowered).solve(lowered.parameters(), lowered.knot())

@@ -107,6 +107,8 @@ struct KnotShape {
   std::vector<int> penalty_rows;
   std::vector<int> inequality_rows;
   std::vector<int> link_rows;
+  std::vector<int>
+      local_dynamics;  ///< entries of the dynamics' Jacobian that must be zero: locals'
 
   Gather dynamics, implicit, hessian, exact_hessian, gradient;
   Gather equality, initial_link, penalty, inequality, link_previous, link;

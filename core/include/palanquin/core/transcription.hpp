@@ -81,7 +81,8 @@ class Transcription {
 
   /// Linearises all knots into qp(). Reports a value that is not finite; derivatives are left to
   /// find_non_finite(), for when a QP back end could not work with them. The initial state of the
-  /// QP is measured (-) x_0.
+  /// QP is measured (-) x_0. Throws std::invalid_argument if the dynamics depend on a local block,
+  /// whose derivatives the QP has no place for.
   NonFinite linearize(const RowMatrix& trajectory);
   /// Where the last linearisation is not finite, derivatives included.
   NonFinite find_non_finite() const;
@@ -127,6 +128,7 @@ class Transcription {
   void take_on(QpStage& stage, const KnotShape& shape);
   void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
   void fill_stage(int thread, int knot, const RowMatrix& trajectory);
+  void refuse_locals_in_dynamics() const;
   void set_multipliers(int knot, const StageQpSolution& multipliers);
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
   void embed(RowMatrix& trajectory, int knot) const;
