@@ -131,6 +131,7 @@ void bind_results(nb::module_& m) {
       .def_ro("predicted", &IterationRecord::predicted)
       .def_ro("step_length", &IterationRecord::step_length)
       .def_prop_ro("step", [](const IterationRecord& r) { return to_string(r.step); })
+      .def_ro("refused_cycle", &IterationRecord::refused_cycle)
       .def_ro("inner_iterations", &IterationRecord::inner_iterations)
       .def_prop_ro("qp_status", [](const IterationRecord& r) { return to_string(r.qp_status); })
       .def_ro("times", &IterationRecord::times);

@@ -252,12 +252,15 @@ bool Sqp::search_step(IterationRecord& record) {
     transcription_.step(iterate_, solution_, alpha, trial_);
     trial_evaluation_ = transcription_.evaluate(trial_);
     const Merit trial{trial_evaluation_.infeasibility, trial_evaluation_.total()};
-    const bool accepted =
-        trial_evaluation_.is_finite &&
-        (!settings_.globalize ||
-         (is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted) &&
-          !(alpha == 1.0 && is_cycle(trial))));
-    if (!accepted) continue;
+    if (!trial_evaluation_.is_finite) continue;
+    if (settings_.globalize) {
+      if (!is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted))
+        continue;
+      if (alpha == 1.0 && is_cycle(trial)) {
+        record.refused_cycle = true;
+        continue;
+      }
+    }
     iterate_.swap(trial_);
     evaluation_ = trial_evaluation_;
     record.step_length = alpha;

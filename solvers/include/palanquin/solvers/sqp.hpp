@@ -64,7 +64,8 @@ struct IterationRecord {
   double predicted = 0.0;     ///< change of cost and penalty that the QP predicted
   double step_length = 0.0;
   StepKind step = StepKind::Rejected;
-  int inner_iterations = 0;  ///< QP solves of the penalty subproblem
+  bool refused_cycle = false;  ///< the full step led back to where the iteration was before
+  int inner_iterations = 0;    ///< QP solves of the penalty subproblem
   QpStatus qp_status = QpStatus::NotSolved;
   PhaseTimes times;
 };
