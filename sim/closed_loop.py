@@ -194,4 +194,5 @@ def _log(builder: RolloutBuilder, time: float, state: TeamState, plan: TeamPlan)
             **{name: solved.timings_ms[name] for name in SOLVER_PHASES},
         },
         violation=dict(solved.violation),
+        events=plan.events,
     )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from palanquin._core import Status, is_usable
+from palanquin.events import count_events
 from palanquin.problems import quaternions
 from palanquin.problems.clm.build import FORCE_FAMILIES
 from palanquin.problems.modules.limits import FORCE_UNIT
@@ -29,8 +30,8 @@ def outcome(rollout: Rollout, duration: float, period: float) -> dict[str, Any]:
 
     "completed" means to the end without a fall; "violation" holds the largest one of each family
     in its unit (m; forces in 100 N); "fallbacks" counts the ticks whose solve gave no usable plan,
-    so that the last one was followed on; "solve_ms" is wall time from measurement to plan,
-    "solver_ms" the solver's part of it.
+    so that the last one was followed on; "events" counts what the planner did other than full
+    steps, by kind; "solve_ms" is wall time from measurement to plan, "solver_ms" the solver's part.
     """
     solver = np.sum([rollout.phases[name] for name in SOLVER_PHASES], axis=0)
     usable = {status.name.lower() for status in Status if is_usable(status)}
@@ -51,6 +52,7 @@ def outcome(rollout: Rollout, duration: float, period: float) -> dict[str, Any]:
         "phases_ms": {name: float(np.median(v)) for name, v in rollout.phases.items()},
         "deadline_misses": int((rollout.solve_ms > 1e3 * period).sum()),
         "fallbacks": int(sum(status not in usable for status in rollout.status)),
+        "events": count_events(rollout.events),
     }
 
 

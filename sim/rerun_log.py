@@ -130,6 +130,10 @@ def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
     times = rr.TimeColumn("sim_time", duration=rollout.time[changed])
     text = rr.TextLog.columns(text=[str(word) for word in rollout.status[changed]])
     recording.send_columns("solver/status", [times], text)
+    if rollout.events:
+        times = rr.TimeColumn("sim_time", duration=[event.time for event in rollout.events])
+        words = [f"{event.kind.value}: {event.reason}" for event in rollout.events]
+        recording.send_columns("solver/events", [times], rr.TextLog.columns(text=words))
 
 
 def _log_control(

@@ -7,8 +7,9 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from palanquin.events import Event, EventKind
 from palanquin.sim.errors import InputError
 from palanquin.sim.team import Team
 
@@ -62,6 +63,7 @@ class Rollout:
     | `status` | [T] | the solver's word on each solve |
     | `phases` | name: [T] | time of each phase of a solve (ms) |
     | `violation` | family: [T] | worst violation of each inequality family, in its unit |
+    | `events` | | what the planner did other than full steps, with times |
 
     Build it with `RolloutBuilder` or `load`. Construction raises InputError that names the array,
     its shape and the expected one, or a value that breaks a rule.
@@ -86,6 +88,7 @@ class Rollout:
     status: NDArray[np.str_]
     phases: dict[str, Array]
     violation: dict[str, Array]
+    events: tuple[Event, ...] = ()
 
     def __post_init__(self) -> None:
         _check_plan_time(self.plan_time)
@@ -120,6 +123,7 @@ class Rollout:
         arrays = {name: getattr(self, name) for name in tick_shapes(self.robots, self.horizon)}
         arrays |= {f"phases/{name}": values for name, values in self.phases.items()}
         arrays |= {f"violation/{name}": values for name, values in self.violation.items()}
+        arrays |= {f"events/{name}": values for name, values in _event_arrays(self.events).items()}
         np.savez_compressed(
             path,
             allow_pickle=False,
@@ -134,15 +138,33 @@ class Rollout:
     def load(cls, path: Path) -> "Rollout":
         """Read what `save` wrote; raises InputError when the file is not a rollout."""
         data = _read_arrays(path)
-        groups: dict[str, Any] = {"phases": {}, "violation": {}}
+        groups: dict[str, Any] = {"phases": {}, "violation": {}, "events": {}}
         try:
             for name in [name for name in data if "/" in name]:
                 group, _, key = name.partition("/")
                 groups[group][key] = data.pop(name)
             team = Team.from_json(str(data.pop("team")))
+            groups["events"] = _events(**groups["events"])
             return cls(team=team, **data, **groups)
-        except (KeyError, TypeError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"{path}: not a rollout ({error})") from error
+
+
+def _event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
+    return {
+        "time": np.array([event.time for event in events], dtype=float),
+        "kind": np.array([event.kind.value for event in events], dtype=np.str_),
+        "reason": np.array([event.reason for event in events], dtype=np.str_),
+    }
+
+
+def _events(
+    time: ArrayLike = (), kind: ArrayLike = (), reason: ArrayLike = ()
+) -> tuple[Event, ...]:
+    return tuple(
+        Event(float(t), EventKind(str(k)), str(r))
+        for t, k, r in zip(*map(np.atleast_1d, (time, kind, reason)), strict=True)
+    )
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:
@@ -184,6 +206,7 @@ class RolloutBuilder:
             "violation": {name: np.full(capacity, np.nan) for name in violation},
         }
         self._status: list[str] = []
+        self._events: list[Event] = []
         self._capacity = capacity
 
     def __len__(self) -> int:
@@ -195,6 +218,7 @@ class RolloutBuilder:
         status: str,
         phases: Mapping[str, float] | None = None,
         violation: Mapping[str, float] | None = None,
+        events: Sequence[Event] = (),
         **values: Any,
     ) -> None:
         """Add one tick: `values` are the per-tick arrays of `Rollout` by name.
@@ -215,6 +239,7 @@ class RolloutBuilder:
             for name, entry in entries.items():
                 self._groups[group][name][tick] = entry
         self._status.append(str(status))
+        self._events += events
 
     def build(self) -> Rollout:
         """The ticks so far, checked."""
@@ -225,7 +250,14 @@ class RolloutBuilder:
             for group, entries in self._groups.items()
         }
         status = np.array(self._status, dtype=np.str_)
-        return Rollout(self._team, self._plan_time, status=status, **arrays, **groups)
+        return Rollout(
+            self._team,
+            self._plan_time,
+            status=status,
+            events=tuple(self._events),
+            **arrays,
+            **groups,
+        )
 
 
 def _check_names(where: str, given: Mapping[str, Any], expected: Mapping[str, Any]) -> None:

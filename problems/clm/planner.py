@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from palanquin.candidates import Candidates
 from palanquin.errors import ProblemError
+from palanquin.events import Event, EventKind, plan_events
 from palanquin.lowered import NamedArray
 from palanquin.plan import Plan, Sqp, Status
 from palanquin.policies import Policy
@@ -65,6 +66,7 @@ class TeamPlan:
         solve_ms: wall time from measurement to plan, references and warm start included; the
             solver's own is in `plan.timings_ms`.
         columns: where the team stands in the plan's knot vectors.
+        events: what went otherwise than by full steps.
     """
 
     plan: Plan
@@ -72,6 +74,7 @@ class TeamPlan:
     contacts: np.ndarray
     solve_ms: float
     columns: Columns = field(repr=False)
+    events: tuple[Event, ...] = ()
 
     @property
     def bodies(self) -> np.ndarray:
@@ -131,6 +134,8 @@ class Planner:
             the paper does; "raibert" looks ahead, see `raibert_footholds`.
         references: "ground" has each robot follow the ground below it, within its legs' reach,
             "rigid" the whole team move as one body, as in the paper (14).
+        restart_after: so many solves in a row without a usable plan are answered by the last plan
+            shifted once more; then the next one starts from the references.
         team: what the problem was built for; read from its grasps unless told, with the payload at
             the height at which the first robot stands nominally.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
@@ -149,9 +154,13 @@ class Planner:
         candidates: int = 1,
         footholds: FootholdRule = "hips",
         references: RobotReferences = "ground",
+        restart_after: int = 1,
         team: Team | None = None,
         **options: Any,
     ) -> None:
+        if restart_after < 1:
+            raise ProblemError(f"planner.restart_after is {restart_after}; it must be at least 1")
+        self.restart_after = restart_after
         if footholds not in get_args(FootholdRule):
             known = ", ".join(get_args(FootholdRule))
             raise ProblemError(f"planner.footholds is {footholds!r}; it must be one of {known}")
@@ -178,6 +187,7 @@ class Planner:
         self._time: float | None = None
         self._command = Velocity()
         self._last: TeamPlan | None = None
+        self._failures = 0  # solves in a row without a usable plan
 
     def set_ditches(self, lines: ArrayLike) -> None:
         """Takes other ditches (a, b, c, width) [n, 4], m; raises ProblemError for too many."""
@@ -196,7 +206,7 @@ class Planner:
     def restart(self, reference: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Forgets the last plan and the time; the payload's reference starts at (x, y, yaw)."""
         self.reference = checks.array("reference", reference, 3)
-        self._time, self._last = None, None
+        self._time, self._last, self._failures = None, None, 0
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
@@ -257,6 +267,7 @@ class Planner:
         measured = self.lowered.knot()
         measured.values[self.columns.bodies] = state.bodies
         measured.values[self.columns.feet] = state.feet
+        events = self._give_up_on_last(time)
         guess = self._guess(now, elapsed)
         if self.candidates is None:
             plan = self.sqp.solve(self._around(guess), measured, guess)
@@ -265,7 +276,9 @@ class Planner:
             around = [self._around(start) for start in guesses]
             plan = self.candidates.solve(around, measured, guesses).plan
         solve_ms = 1e3 * (clock.perf_counter() - start)
-        self._last = TeamPlan(plan, references, now.contacts, solve_ms, self.columns)
+        self._failures = 0 if plan.is_usable else self._failures + 1
+        events += plan_events(plan, time)
+        self._last = TeamPlan(plan, references, now.contacts, solve_ms, self.columns, events)
         return self._last
 
     def settle(
@@ -331,14 +344,22 @@ class Planner:
         )
         return References(references.bodies, footholds)
 
+    def _give_up_on_last(self, time: float) -> tuple[Event, ...]:
+        """Forgets the last plan when too many solves in a row have failed to improve on it."""
+        if self._last is None or self._failures < self.restart_after:
+            return ()
+        reason = f"solves in a row without a usable plan: {self._failures}"
+        self._last, self._failures = None, 0
+        return (Event(time, EventKind.RESTART, reason),)
+
     def _guess(self, now: _Instant, elapsed: float) -> NamedArray:
-        """The last plan, shifted; without one that is usable, the references.
+        """The last plan, shifted; without one, the references.
 
         Where feet may not stand everywhere, those that no plan has placed on the ground yet start
         where they may: one that was in the air at the last plan's end would otherwise keep to the
         near side of a ditch, step after step, long after the reference has crossed.
         """
-        last = self._last if self._last is not None and self._last.plan.is_usable else None
+        last = self._last
         if last is None:
             guess = self._from_references(now)
         else:

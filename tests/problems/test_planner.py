@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from palanquin.errors import ProblemError
+from palanquin.events import EventKind
 from palanquin.plan import Status
 from palanquin.problems import clm
 from palanquin.problems.clm.columns import Columns
@@ -91,3 +92,38 @@ def test_time_does_not_go_back(planner):
         planner.solve(0.5, state, COMMAND)
     with pytest.raises(ProblemError, match="time is nan"):
         planner.solve(float("nan"), state, COMMAND)
+
+
+@pytest.mark.parametrize("restart_after", [1, 3])
+def test_a_run_of_failures_ends_with_a_restart(flat_problem, restart_after, monkeypatch):
+    planner = Planner(flat_problem, restart_after=restart_after)
+    state = planner.nominal_state()
+    good = planner.settle(0.0, state, COMMAND)
+    assert good.events == ()
+    solve = planner.sqp.solve
+
+    def fail(parameters, measured, guess):
+        guess.values[:] = np.nan
+        return solve(parameters, measured, guess)
+
+    monkeypatch.setattr(planner.sqp, "solve", fail)
+    monkeypatch.setattr(planner, "_shifted", lambda *_: planner.lowered.trajectory())
+    failed = [planner.solve(n * DT, state, COMMAND) for n in range(1, restart_after + 1)]
+    for n, plan in enumerate(failed, start=1):
+        assert [event.kind for event in plan.events] == [EventKind.KEPT_PLAN]
+        assert plan.events[0].time == n * DT
+        assert "not finite" in plan.events[0].reason
+    monkeypatch.undo()
+    monkeypatch.setattr(planner.sqp, "solve", solve)
+    after = planner.solve((restart_after + 1) * DT, state, COMMAND)
+    assert after.events[0].kind is EventKind.RESTART
+    assert str(restart_after) in after.events[0].reason
+    assert after.plan.is_usable
+    assert EventKind.RESTART not in [
+        event.kind for event in planner.solve((restart_after + 2) * DT, state, COMMAND).events
+    ]
+
+
+def test_a_planner_must_restart_some_time(flat_problem):
+    with pytest.raises(ProblemError, match=r"planner\.restart_after is 0; it must be at least 1"):
+        Planner(flat_problem, restart_after=0)

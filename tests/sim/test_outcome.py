@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from palanquin.events import Event, EventKind
 from palanquin.problems import quaternions
 from palanquin.sim.outcome import outcome
 
@@ -80,3 +81,10 @@ def test_unusable_plans_count_as_fallbacks(long):
     status = long.status.astype("<U20")
     status[:4] = ["qp_failed", "non_finite", "infeasible", "iteration_limit"]
     assert outcome(replace(long, status=status), 2.0, PERIOD)["fallbacks"] == 3
+
+
+def test_events_are_counted_by_kind(long):
+    events = (Event(0.1, EventKind.DAMPED_STEP, "length 0.5"), Event(0.2, EventKind.RESTART, ""))
+    counts = outcome(replace(long, events=events), 2.0, PERIOD)["events"]
+    assert counts["damped_step"] == counts["restart"] == 1
+    assert sum(counts.values()) == 2

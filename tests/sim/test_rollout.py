@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from palanquin.events import Event, EventKind
 from palanquin.sim.errors import InputError
 from palanquin.sim.rollout import Rollout, RolloutBuilder, tick_shapes
 from palanquin.sim.team import Ditch
@@ -27,6 +28,8 @@ def builder(rollout, capacity=3):
 
 def test_saved_and_loaded_are_equal(make_rollout, tmp_path):
     rollout = make_rollout(ticks=3, ditches=(Ditch(1, 0.2, -0.6, 0.25),))
+    events = (Event(0.1, EventKind.KEPT_PLAN, "no step"), Event(0.2, EventKind.RESTART, "late"))
+    rollout = dataclasses.replace(rollout, events=events)
     path = tmp_path / "run.npz"
     rollout.save(path)
     loaded = Rollout.load(path)

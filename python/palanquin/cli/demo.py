@@ -184,6 +184,8 @@ def _table(title: str, figures: dict[str, Any]) -> Table:
     table.add_row(
         "deadline misses, fallbacks", f"{figures['deadline_misses']}, {figures['fallbacks']}"
     )
+    events = {name: count for name, count in figures["events"].items() if count > 0}
+    table.add_row("events", _listed(events, "d") if events else "none: full steps throughout")
     return table
 
 
