@@ -106,7 +106,7 @@ class PlannerSettings(Strict):
     )
     footholds: FootholdRule = Field(
         "hips",
-        description="references: below the hips, as in the paper, or raibert, ahead of them",
+        description="references: below the hips, as in the paper, or half a stance ahead",
     )
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
@@ -123,7 +123,6 @@ class PlannerSettings(Strict):
         """As options of `clm.Planner`."""
         return {
             "candidates": self.candidates,
-            "footholds": self.footholds,
             "references": self.references,
             "qp": self.qp,
             "threads": self.threads,
