@@ -18,6 +18,9 @@ from palanquin.sim.scenarios.scenario import Scenario
 _LONGEST_FLIGHT = 0.3
 """With all feet in the air, s: for it a robot has to jump 11 cm high."""
 
+_SHORTEST_STANCE = 0.1
+"""Share of a cycle in which at least one foot has to stand."""
+
 
 def ticks_to_plan(scenario: Scenario) -> Iterator[Finding]:
     """The duration has at least one period, and no more than a run can hold."""
@@ -28,9 +31,17 @@ def ticks_to_plan(scenario: Scenario) -> Iterator[Finding]:
 
 
 def flights_to_survive(scenario: Scenario) -> Iterator[Finding]:
-    """No gait keeps all feet in the air for long."""
+    """Every gait has feet on the ground for some time, and all in the air not for long."""
     for path, gait in gaits_of(scenario):
         seconds = longest_flight(gait)
+        if seconds > (1 - _SHORTEST_STANCE) * gait.period:
+            yield Finding(
+                path,
+                f"gait '{gait.name}' has next to no stance: all feet are in the air for "
+                f"{seconds:.2f} of {gait.period:.2f} s, so legs would have to push with more than "
+                f"{1 / _SHORTEST_STANCE:.0f} times the weight",
+            )
+            continue
         if seconds > _LONGEST_FLIGHT:
             yield doubt(
                 path,

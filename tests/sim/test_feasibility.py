@@ -43,6 +43,11 @@ def test_shipped_scenarios_are_possible(name):
             "is 0.90 (42.0 degrees), over the friction limit",
         ),
         (
+            {"robots": [LEFT, {**RIGHT, "gait": {"name": "pronk", "duty": 0.02}}]},
+            ("robots", 1, "gait"),
+            "gait 'pronk' has next to no stance: all feet are in the air for 0.46 of 0.47 s",
+        ),
+        (
             {"ditches": {"type": "lines", "lines": [{"a": 1, "b": 0, "c": -2, "d": 0.5}]}},
             ("ditches", "lines", 0, "d"),
             "a ditch of 50 cm is wider than a step: left reaches 48 cm",
