@@ -25,12 +25,15 @@ MOST_TICKS = 50_000
 
 @dataclass(frozen=True)
 class Tick:
-    """One period: its start (s), the state then (landed feet on their footholds), plan, orders."""
+    """One period: its start (s), the state then (landed feet on their footholds), plan, orders, and
+    the mean force and torque of pushes on each body [R+1, 6] (N, N m).
+    """
 
     time: float
     state: TeamState
     plan: TeamPlan
     orders: Orders
+    wrenches: np.ndarray
 
 
 def run(
@@ -72,7 +75,7 @@ def run(
         violation=tuple(planner.lowered.policies),
     )
     for tick in islice(ticks(planner, director, period, start), most):
-        _log(builder, tick.time, tick.state, tick.plan)
+        _log(builder, tick)
         progress(len(builder))
     return builder.build()
 
@@ -90,9 +93,10 @@ def ticks(
             orders = begin_tick(planner, director, time, period)
         plan = planner.solve(time, state, orders.velocity)
         state = TeamState(state.bodies, landed_feet(plan, state.feet))
-        yield Tick(time, state, plan, orders)
+        wrenches = pushed(planner, orders, time, period)
+        yield Tick(time, state, plan, orders, wrenches)
         state = TeamState(
-            nominal_step(planner, plan, state, period, pushed(planner, orders, time, period)),
+            nominal_step(planner, plan, state, period, wrenches),
             feet_after(planner, plan, state.feet, time + period),
         )
         if not np.isfinite(state.bodies).all():
@@ -170,17 +174,18 @@ def nominal_step(
     return planner.lowered.step(knot, parameters.values[0])[columns.bodies]
 
 
-def _log(builder: RolloutBuilder, time: float, state: TeamState, plan: TeamPlan) -> None:
-    solved = plan.plan
+def _log(builder: RolloutBuilder, tick: Tick) -> None:
+    plan, state, solved = tick.plan, tick.state, tick.plan.plan
     horizon = len(plan.contacts) - 1
     builder.append(
-        time=time,
+        time=tick.time,
         x=state.bodies.ravel(),
         reference=plan.references.bodies[0].ravel(),
         contact=plan.contacts[0],
         feet=state.feet,
         force=plan.forces[0],
         hand_wrench=plan.hand_wrenches[0],
+        disturbance=tick.wrenches,
         plan_x=plan.bodies.reshape(horizon + 1, -1),
         plan_feet=plan.feet,
         plan_contact=plan.contacts[:-1],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from palanquin.sim.closed_loop import Tick
 from palanquin.sim.live_swing import LiveFeet
 from palanquin.sim.overlay import METRES_PER_NEWTON
-from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, robot_colour
+from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, robot_colour
 from palanquin.sim.rerun_blueprint import live_blueprint
 from palanquin.sim.rerun_log import rgba
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
@@ -48,6 +48,7 @@ class LiveView:
         self._data = mujoco.MjData(self._scene.model)
         self._posers = [RobotPoser(self._scene, i) for i in range(len(team.robots))]
         self._feet = LiveFeet(dt)
+        self._bodies = ["payload", *(robot.name for robot in team.robots)]
         self._paths = [
             f"world/{self._scene.model.body(b).name}" for b in range(self._scene.model.nbody)
         ]
@@ -101,6 +102,11 @@ class LiveView:
         paths = plan.bodies[:, :, :3]
         strips = rr.LineStrips3D([paths[:, 0]], radii=0.006, colors=rgba(PAYLOAD_PLAN))
         self._recording.log("plan/payload", strips)
+        for path, push, body in zip(self._bodies, tick.wrenches, tick.state.bodies, strict=True):
+            vectors = METRES_PER_NEWTON * push[None, :3] if push[:3].any() else np.empty((0, 3))
+            origins = np.tile(body[:3], (len(vectors), 1))
+            pushes = rr.Arrows3D(origins=origins, vectors=vectors, colors=rgba(PUSH))
+            self._recording.log(f"world/{path}/push", pushes)
         standing = plan.contacts[0]
         landing = plan.contacts[1:-1] & ~plan.contacts[:-2]
         for i, robot in enumerate(self._scene.team.robots):

@@ -7,13 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin.sim.ditch_strips import frame_quaternion
-from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, Colour, robot_colour
+from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.rollout import Rollout
+from palanquin.sim.team import Payload
 
 Array = NDArray[np.float64]
 
 METRES_PER_NEWTON = 1.5e-3
 """Length of a force arrow."""
+
+PUSH_METRES_PER_NEWTON = 3e-3
+"""Length of a push's arrow."""
+
+PUSH_OFFSET = np.array([0.0, 0.0, 0.15])
+"""Where it is drawn: over the body's centre, where the trunk doesn't hide it, m."""
 
 _GHOST_DISTANCE = 0.02
 """A payload that stays nearer than this (m) needs no ghost, which would only veil it."""
@@ -22,12 +29,15 @@ _GHOST_DISTANCE = 0.02
 def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
     """Add the plan of `tick` to `scene`: the payload's path and its pose at the horizon's end as a
     ghost, the robots' paths, the footholds to come (fading with their distance in time), and the
-    ground reaction forces of the period.
+    ground reaction forces and pushes of the period.
     """
     draw_path(scene, rollout.plan_x[tick, :, :3], PAYLOAD_PLAN)
     start, end = rollout.plan_x[tick, 0, :3], rollout.plan_x[tick, -1, :7]
     if np.linalg.norm(end[:3] - start) > _GHOST_DISTANCE:
-        draw_ghost(scene, end, np.asarray(rollout.team.payload.size))
+        draw_ghost(scene, end, rollout.team.payload)
+    for body, push in enumerate(rollout.disturbance[tick, :, :3]):
+        start = rollout.x[tick, 13 * body : 13 * body + 3] + PUSH_OFFSET
+        draw_arrow(scene, start, PUSH_METRES_PER_NEWTON * push, PUSH)
     ground = rollout.team.ground
     for robot in range(rollout.robots):
         colour = robot_colour(robot)
@@ -57,21 +67,29 @@ def draw_path(scene: mujoco.MjvScene, points: Array, colour: Colour, width: floa
         _connect(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, width, start, end, colour)
 
 
-def draw_ghost(scene: mujoco.MjvScene, pose: Array, size: Array) -> None:
-    """Add a translucent box of full extents `size` [3] at `pose` [7] (position, quaternion)."""
+def draw_ghost(scene: mujoco.MjvScene, pose: Array, payload: Payload) -> None:
+    """Add a translucent `payload` at `pose` [7] (position, quaternion)."""
+    geom = _next_geom(scene)
+    if geom is None:
+        return
+    kind, size, frame = mujoco.mjtGeom.mjGEOM_BOX, np.asarray(payload.size) / 2, np.eye(3)
+    if payload.axis:
+        along = "xyz".index(payload.axis)
+        kind = mujoco.mjtGeom.mjGEOM_CYLINDER
+        size = np.array([size[along - 1], size[along], size[along]])  # radius, half length
+        frame = np.roll(np.eye(3), 2 - along, axis=1)  # its z axis is the cylinder's
     matrix = np.zeros(9)
     mujoco.mju_quat2Mat(matrix, pose[3:])
-    geom = _next_geom(scene)
-    if geom is not None:
-        rgba = np.array((*PAYLOAD_PLAN[:3], 0.28), np.float32)
-        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_BOX, size / 2, pose[:3], matrix, rgba)
+    matrix = (matrix.reshape(3, 3) @ frame).ravel()
+    rgba = np.array((*PAYLOAD_PLAN[:3], 0.28), np.float32)
+    mujoco.mjv_initGeom(geom, kind, size, pose[:3], matrix, rgba)
 
 
-def draw_arrow(scene: mujoco.MjvScene, start: Array, vector: Array) -> None:
+def draw_arrow(scene: mujoco.MjvScene, start: Array, vector: Array, colour: Colour = FORCE) -> None:
     """Add an arrow from `start` along `vector` [3] (world, m)."""
     if np.linalg.norm(vector) > 1e-3:
         # MuJoCo draws an arrow half as long as its connector.
-        _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.013, start, start + 2 * vector, FORCE)
+        _connect(scene, mujoco.mjtGeom.mjGEOM_ARROW, 0.013, start, start + 2 * vector, colour)
 
 
 def draw_disc(scene: mujoco.MjvScene, centre: Array, normal: Array, colour: Colour) -> None:

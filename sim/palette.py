@@ -16,6 +16,7 @@ LENS: Colour = (0.15, 0.35, 0.45, 1.0)
 TIMBER: Colour = (0.80, 0.60, 0.38, 1.0)
 PAYLOAD_PLAN: Colour = (0.20, 0.75, 0.35, 1.0)
 FORCE: Colour = (0.90, 0.20, 0.25, 0.9)
+PUSH: Colour = (0.95, 0.80, 0.10, 1.0)
 TILES = ((0.60, 0.63, 0.66), (0.54, 0.57, 0.60))
 """Light and dark tiles of the ground, RGB."""
 GAP: Colour = (0.36, 0.38, 0.40, 1.0)

@@ -11,7 +11,7 @@ from palanquin.problems.robots import FEET
 from palanquin.sim.interpolation import rotate
 from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.overlay import METRES_PER_NEWTON, planned_touchdowns
-from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, Colour, robot_colour
+from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.rerun_blueprint import blueprint
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
 from palanquin.sim.rollout import Rollout
@@ -65,7 +65,7 @@ def body_poses(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array]:
 
 
 def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Rollout) -> None:
-    """Ground reactions at stance feet, and what the payload does to each hand."""
+    """Ground reactions at stance feet, what the payload does to each hand, and pushes."""
     for i, robot in enumerate(rollout.team.robots):
         for f, foot in enumerate(FEET):
             send_arrows(
@@ -80,6 +80,11 @@ def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
         path = f"world/{robot.name}/hand/force"
         held = np.ones(len(rollout.time), dtype=bool)
         send_arrows(recording, path, ticks, hand, rollout.hand_wrench[:, i, :3], held)
+    for b, name in enumerate(["payload", *(robot.name for robot in rollout.team.robots)]):
+        push, centre = rollout.disturbance[:, b, :3], rollout.x[:, 13 * b : 13 * b + 3]
+        pushed: NDArray[np.bool_] = np.linalg.norm(push, axis=1) > 0
+        if pushed.any():
+            send_arrows(recording, f"world/{name}/push", ticks, centre, push, pushed, PUSH)
 
 
 def send_arrows(
@@ -89,13 +94,14 @@ def send_arrows(
     origins: Array,
     forces: Array,
     shown: NDArray[np.bool_],
+    colour: Colour = FORCE,
 ) -> None:
     """One arrow per tick where `shown` and finite, none elsewhere."""
     shown = shown & np.isfinite(forces).all(axis=1)
     columns = rr.Arrows3D.columns(
         origins=origins[shown], vectors=METRES_PER_NEWTON * forces[shown]
     ).partition(shown.astype(int))
-    style = rr.Arrows3D.from_fields(radii=0.008, colors=rgba(FORCE))
+    style = rr.Arrows3D.from_fields(radii=0.008, colors=rgba(colour))
     recording.log(path, style, static=True)
     recording.send_columns(path, [ticks], columns)
 

@@ -15,7 +15,7 @@ from palanquin.sim.team import Team
 
 Array = NDArray[np.float64]
 
-_FORMAT = 1
+_FORMAT = 2
 _FINITE = ("time", "x", "reference", "contact", "feet", "plan_x", "plan_feet", "plan_contact")
 
 
@@ -30,6 +30,7 @@ def tick_shapes(robots: int, horizon: int) -> dict[str, tuple[int, ...]]:
         "feet": (robots, 4, 3),
         "force": (robots, 4, 3),
         "hand_wrench": (robots, 6),
+        "disturbance": (robots + 1, 6),
         "plan_x": (horizon + 1, nx),
         "plan_feet": (horizon, robots, 4, 3),
         "plan_contact": (horizon, robots, 4),
@@ -55,6 +56,8 @@ class Rollout:
       value |
     | `force` | [T, R, 4, 3] | ground reaction forces applied during the period (N, world) |
     | `hand_wrench` | [T, R, 6] | force (N) and torque (N m) of the payload on the robot, world |
+    | `disturbance` | [T, R+1, 6] | mean force (N) and torque (N m) of pushes on each body, payload
+      first, during the period, world |
     | `plan_x` | [T, N+1, 13(R+1)] | planned states at `time + plan_time` |
     | `plan_feet` | [T, N, R, 4, 3] | planned feet, world (m) |
     | `plan_contact` | [T, N, R, 4] | planned contact flags |
@@ -78,6 +81,7 @@ class Rollout:
     feet: Array
     force: Array
     hand_wrench: Array
+    disturbance: Array
     plan_x: Array
     plan_feet: Array
     plan_contact: Array

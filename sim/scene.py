@@ -49,7 +49,8 @@ def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) ->
         child = armed_quadruped(quadruped(robot.kind), robot_colour(index))
         spec.attach(child, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
     payload = _add_payload(spec, team.payload, team.robots)
-    add_cameras(payload, spec.worldbody)
+    # From the usual distance 2 m fill the picture.
+    add_cameras(payload, spec.worldbody, zoom=max(1.0, max(team.payload.size) / 2.0))
     return Scene(team, spec, spec.compile())
 
 
@@ -128,8 +129,11 @@ def _add_payload(
     return body
 
 
-def add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody) -> None:
-    """Cameras that keep their world orientation and travel with the payload, and so the sun."""
+def add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody, zoom: float = 1.0) -> None:
+    """Cameras that keep their world orientation and travel with the payload, and so the sun.
+
+    They are `zoom` times as far away as usual.
+    """
     track = mujoco.mjtCamLight.mjCAMLIGHT_TRACK
     for name, position, target, fovy in (
         ("follow", (-2.55, -2.0, 1.0), (-0.2, 0.0, -0.17), 31.0),
@@ -137,9 +141,8 @@ def add_cameras(payload: mujoco.MjsBody, world: mujoco.MjsBody) -> None:
         ("side", (-0.15, -3.6, 0.35), (-0.15, 0.0, -0.12), 30.0),
         ("top", (-0.3, -0.01, 4.5), (-0.3, 0.0, 0.0), 36.0),
     ):
-        payload.add_camera(
-            name=name, mode=track, pos=position, quat=look_at(position, target), fovy=fovy
-        )
+        away = tuple((zoom * np.subtract(position, target) + target).tolist())
+        payload.add_camera(name=name, mode=track, pos=away, quat=look_at(away, target), fovy=fovy)
     sun = payload.add_light(
         name="sun",
         mode=track,

@@ -64,6 +64,7 @@ def synthetic_rollout(
             feet=feet[0],
             force=force,
             hand_wrench=np.tile([0, 0, -9.81 * 16 / len(members), 0, 0, 0], (len(members), 1)),
+            disturbance=np.zeros((len(members) + 1, 6)),
             plan_x=plan_x,
             plan_feet=feet,
             plan_contact=contact,

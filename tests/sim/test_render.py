@@ -4,13 +4,16 @@ import os
 import subprocess
 import sys
 
+import mujoco
 import numpy as np
 import pytest
 
 from palanquin.sim import graphics
 from palanquin.sim.errors import GraphicsError, InputError
 from palanquin.sim.figures import draw_figures
+from palanquin.sim.overlay import draw_ghost
 from palanquin.sim.render import open_renderer, planned_motion, render_picture, render_video
+from palanquin.sim.team import Payload
 
 
 @pytest.fixture
@@ -107,3 +110,14 @@ def test_figures_are_drawn(rollout, tmp_path):
     image = imread(tmp_path / "figures.png")
     assert image.shape[0] > 900
     assert (image[..., :3].min(axis=2) < 0.5).mean() > 0.005
+
+
+def test_a_cylinders_ghost_lies_along_its_axis(trajectory):
+    model = trajectory.scene.model
+    for axis, size in (("x", (2.0, 0.1, 0.1)), ("y", (0.1, 2.0, 0.1)), ("z", (0.1, 0.1, 2.0))):
+        scene = mujoco.MjvScene(model, maxgeom=4)
+        draw_ghost(scene, np.array([0.0, 0, 0, 1, 0, 0, 0]), Payload(1.0, size, axis=axis))
+        ghost = scene.geoms[0]
+        np.testing.assert_allclose(ghost.mat[:, 2], np.array(list("xyz")) == axis)
+        assert np.linalg.det(ghost.mat) > 0
+        np.testing.assert_allclose(ghost.size, [0.05, 0.05, 1.0], rtol=1e-6)

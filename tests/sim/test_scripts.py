@@ -58,6 +58,7 @@ def test_a_pushed_team_holds_its_payload(known):
     rollout = run_scenario(scenario)
     assert completed(rollout, scenario)
     bodies = rollout.x.reshape(len(rollout.time), -1, 13)
+    np.testing.assert_allclose(PERIOD * rollout.disturbance[..., 1].sum(axis=0), [0, 131.2, 0])
     moved = np.abs(bodies[..., 1] - bodies[0, :, 1]).max(axis=0)
     assert moved[0] < 0.05
     # Who knows of a push stands against it from its first moment on.

@@ -102,7 +102,12 @@ def demo(
     """
     with reported_errors():
         from palanquin.cli.demo_files import DemoFiles
-        from palanquin.cli.demo_scenario import overridden, require_possible, settings_of
+        from palanquin.cli.demo_scenario import (
+            overridden,
+            picture_share,
+            require_possible,
+            settings_of,
+        )
         from palanquin.sim.closed_loop import number_of_ticks
         from palanquin.sim.figures import draw_figures
         from palanquin.sim.kinematic import track
@@ -149,6 +154,7 @@ def demo(
                 partial(record, rollout, trajectory),
                 planned_motion(trajectory, rollout),
                 progress("video", 1.0),
+                picture_share(rollout),
             )
     out.print(_table(_title(scenario), figures))
     for kind, path in written.items():

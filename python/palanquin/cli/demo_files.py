@@ -58,10 +58,12 @@ class DemoFiles:
         record: Callable[[Path], None],
         motion: Motion,
         progress: Callable[[float], None],
+        picture_share: float = PICTURE_SHARE,
     ) -> dict[str, Path]:
         """Writes what can be written here and says what can't; returns the files by their kind.
 
-        `plot` and `record` write the plots and the recording to a path; `motion` is drawn.
+        `plot` and `record` write the plots and the recording to a path; `motion` is drawn,
+        as a picture after `picture_share` of its duration.
         """
         text = json.dumps(figures, indent=2, allow_nan=False)
         self.figures.write_text(text + "\n", encoding="utf-8")
@@ -73,7 +75,7 @@ class DemoFiles:
         except MissingExtraError as error:
             err.print(f"no recording: {error}", markup=False, style="yellow")
         try:
-            time = PICTURE_SHARE * motion.time[-1]
+            time = picture_share * motion.time[-1]
             render_picture(motion, self.picture, time)
             written["picture"] = self.picture
             if self.video is not None:

@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from palanquin.cli.console import err
+from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.problems.clm.planner import Planner
 from palanquin.schema import dotted
 from palanquin.sim.feasibility import findings
+from palanquin.sim.rollout import Rollout
 from palanquin.sim.scenarios import Scenario, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
 from palanquin.sim.scenarios.recorded import replayed
@@ -66,6 +70,14 @@ def require_possible(scenario: Scenario) -> None:
     errors = [line for finding, line in found if finding.is_error]
     if errors:
         raise ValueError("this cannot be: " + "; ".join(errors))
+
+
+def picture_share(rollout: Rollout) -> float:
+    """When in a run its picture is taken: in the middle of what pushes, or else under way."""
+    pushed = np.flatnonzero(rollout.disturbance.any(axis=(1, 2)))
+    if not len(pushed) or rollout.time[-1] == 0:
+        return PICTURE_SHARE
+    return float(rollout.time[pushed[len(pushed) // 2]] / rollout.time[-1])
 
 
 def settings_of(scenario: Scenario, planner: Planner) -> dict[str, Any]:
