@@ -21,6 +21,7 @@ TILES = ((0.60, 0.63, 0.66), (0.54, 0.57, 0.60))
 """Light and dark tiles of the ground, RGB."""
 GAP: Colour = (0.36, 0.38, 0.40, 1.0)
 """The floor between areas that may be stepped on."""
+OBSTACLE: Colour = (0.70, 0.42, 0.33, 0.55)
 DITCH: Colour = (0.025, 0.025, 0.03, 1.0)
 DITCH_EDGE: Colour = (0.90, 0.75, 0.15, 1.0)
 

@@ -26,18 +26,33 @@ def log_body(recording: rr.RecordingStream, path: str, model: mujoco.MjModel, bo
     """Log the visible geoms of `body` below `path`, one entity per kind of shape; planes and
     height fields are left out.
     """
+    own = np.flatnonzero(model.geom_bodyid == body)
+    _log_geoms(recording, path, model, own[model.geom_group[own] != COLLISION_GROUP])
+
+
+def log_obstacles(recording: rr.RecordingStream, path: str, model: mujoco.MjModel) -> None:
+    """Log the geoms of obstacles below `path`."""
+    names = [model.geom(i).name for i in range(model.ngeom)]
+    obstacles = [i for i, name in enumerate(names) if name.startswith("obstacle/")]
+    _log_geoms(recording, path, model, np.array(obstacles, dtype=int))
+
+
+def _log_geoms(
+    recording: rr.RecordingStream, path: str, model: mujoco.MjModel, geoms: NDArray[np.intp]
+) -> None:
     shapes = defaultdict(list)
-    for geom in np.flatnonzero(model.geom_bodyid == body):
+    for geom in geoms:
         kind = mujoco.mjtGeom(model.geom_type[geom])
-        if model.geom_group[geom] != COLLISION_GROUP and kind in _ARCHETYPES:
+        if kind in _ARCHETYPES:
             shapes[kind].append(geom)
-    for kind, geoms in shapes.items():
+    for kind, chosen in shapes.items():
         name, archetype = _ARCHETYPES[kind]
-        recording.log(f"{path}/{name}", archetype(model, np.array(geoms)), static=True)
+        recording.log(f"{path}/{name}", archetype(model, np.array(chosen)), static=True)
 
 
 def log_terrain(recording: rr.RecordingStream, path: str, scene: Scene, points: Array) -> None:
-    """Log the tiled ground around `points` [n, >=2] (m) and its ditches."""
+    """Log the tiled ground around `points` [n, >=2] (m), its ditches and the obstacles on it."""
+    log_obstacles(recording, f"{path}/obstacles", scene.model)
     area = Area.around(points, margin=4.0)
     if isinstance(scene.team.ground, FootholdAreas):
         recording.log(path, _foothold_areas(scene.team.ground), static=True)

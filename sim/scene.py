@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from palanquin.problems.robots import quadruped
 from palanquin.sim.area import Area
 from palanquin.sim.links import COLLISION_GROUP
+from palanquin.sim.obstacle_looks import add_obstacles
 from palanquin.sim.palette import METAL, TIMBER, robot_colour
 from palanquin.sim.quadruped import armed_quadruped
 from palanquin.sim.team import Member, Payload, Team
@@ -45,6 +46,7 @@ def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) ->
     area = Area.around(np.zeros((1, 2)) if path is None else path, margin=14.0)
     add_ground(spec, team, area, friction)
     add_ditches(spec, team, area)
+    add_obstacles(spec, team)
     for index, robot in enumerate(team.robots):
         child = armed_quadruped(quadruped(robot.kind), robot_colour(index))
         spec.attach(child, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())

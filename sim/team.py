@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from palanquin.errors import ProblemError
+from palanquin.problems.modules.obstacles import padded_obstacles
 from palanquin.problems.robots import LAIKAGO, SingleRigidBody, quadruped
 from palanquin.problems.terrains import Terrain
 from palanquin.sim.errors import InputError
@@ -54,7 +56,8 @@ class Ditch:
 
 @dataclass(frozen=True)
 class Team:
-    """Robots, payload, terrain (as of `terrain_of`) and ditches.
+    """Robots, payload, terrain (as of `terrain_of`), ditches, and obstacles: rows (x, y, yaw, half
+    length, half width, rounding, top) of upright prisms (m, rad).
 
     Raises InputError for an unknown kind or terrain, repeated names, non-finite numbers, an
     attach point that is no 3-vector, sizes or masses that are not positive, or a ditch without
@@ -65,6 +68,7 @@ class Team:
     payload: Payload = Payload()
     terrain: Mapping[str, Any] = field(default_factory=lambda: {"type": "flat", "z0": 0.0})
     ditches: tuple[Ditch, ...] = ()
+    obstacles: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         names = [robot.name for robot in self.robots]
@@ -85,6 +89,10 @@ class Team:
         for ditch in self.ditches:
             if not np.hypot(ditch.a, ditch.b) > 0 or not ditch.d > 0:
                 raise InputError(f"ditch: {ditch} needs a direction (a, b) and a positive width d")
+        try:
+            padded_obstacles(self.obstacles, len(self.obstacles))
+        except ProblemError as error:
+            raise InputError(f"team: {error}") from error
         terrain_of(self.terrain)  # raises for a bad one
 
     @cached_property
@@ -106,6 +114,7 @@ class Team:
                 payload=Payload(**{k: _tuples(v) for k, v in data["payload"].items()}),
                 terrain=data["terrain"],
                 ditches=tuple(Ditch(**ditch) for ditch in data["ditches"]),
+                obstacles=_tuples(data.get("obstacles", [])),
             )
         except (KeyError, TypeError, json.JSONDecodeError) as error:
             raise InputError(f"team: not a valid description ({error})") from error

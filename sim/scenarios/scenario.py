@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palanquin.problems import clm
 from palanquin.problems.clm.planner import Planner, TeamState
 from palanquin.problems.gaits import Gait
+from palanquin.problems.modules.obstacles import Obstacles
 from palanquin.problems.terrain_kinds import FlatKind, TerrainKind
 from palanquin.problems.terrains import Terrain
 from palanquin.schema import Positive, Strict, dotted, faults
@@ -17,11 +18,13 @@ from palanquin.sim.scenarios.command import AnyCommand
 from palanquin.sim.scenarios.disturbance import Push
 from palanquin.sim.scenarios.ditches import Ditches, Line, ListedDitches
 from palanquin.sim.scenarios.gait import GaitChange
+from palanquin.sim.scenarios.obstacles import AnyObstacle
 from palanquin.sim.scenarios.payload import Payload
 from palanquin.sim.scenarios.robot import Robot
 from palanquin.sim.scenarios.script import Script
 from palanquin.sim.scenarios.settings import PlannerSettings
 from palanquin.sim.scenarios.start import disturbed
+from palanquin.sim.scenarios.start_pose import StartPose
 from palanquin.sim.scenarios.vectors import Name
 from palanquin.sim.team import Ditch, Team
 
@@ -45,6 +48,10 @@ class Scenario(Strict):
     payload: Payload = Field(Payload(), description="what they carry")
     terrain: TerrainKind = FlatKind(type="flat")
     ditches: Ditches = Field(_NO_DITCHES, description="strips of ground that no foot may touch")
+    obstacles: Annotated[tuple[AnyObstacle, ...], Field(strict=False, max_length=50)] = Field(
+        (), description="what robots and payload keep clear of, and then also of each other"
+    )
+    start_pose: StartPose = StartPose()
     command: AnyCommand = Field(description="how the payload shall move")
     gait_changes: Annotated[tuple[GaitChange, ...], Field(strict=False)] = Field(
         (), description="on the way"
@@ -134,7 +141,14 @@ class Scenario(Strict):
             payload=self.payload.shape.in_scene(self.payload.mass),
             terrain=self.terrain.model_dump(),
             ditches=tuple(Ditch(*line) for line in self._lines),
+            obstacles=tuple(obstacle.row() for obstacle in self.obstacles),
         )
+
+    def _obstacles(self) -> Obstacles | None:
+        """As the planner knows them."""
+        rows = [obstacle.row() for obstacle in self.obstacles]
+        extents, clearance = self.payload.shape.extents, self.planner.clearance
+        return Obstacles(len(rows), extents, rows, clearance) if rows else None
 
     def build_planner(self, **options: Any) -> Planner:
         """A planner of the scenario; options are fields of `SqpSettings` that override its own."""
@@ -147,6 +161,7 @@ class Scenario(Strict):
             settings.friction,
             len(self._lines),
             settings.weights.weights(),
+            self._obstacles(),
         )
         planner = Planner(
             problem, self.ground, self._lines, team=team, **{**settings.options(), **options}
@@ -157,6 +172,7 @@ class Scenario(Strict):
 
     def start(self, planner: Planner) -> TeamState:
         """Where the run begins, as the seed says."""
+        planner.restart(self.start_pose.draw(self.seed))
         return disturbed(planner.nominal_state(), self.ground, self.seed)
 
     def script(self) -> Script:

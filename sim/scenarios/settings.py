@@ -108,6 +108,9 @@ class PlannerSettings(Strict):
         "hips",
         description="references: below the hips, as in the paper, or half a stance ahead",
     )
+    clearance: NonNegative = Field(
+        0.03, description="that bodies keep from obstacles and from each other, m"
+    )
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(

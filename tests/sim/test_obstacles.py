@@ -1,0 +1,83 @@
+"""Obstacles in scenarios: what they are, how they look, and that nothing touches them."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from palanquin.sim import closed_loop
+from palanquin.sim.clearance import FAR, smallest_clearance
+from palanquin.sim.errors import InputError
+from palanquin.sim.kinematic import track
+from palanquin.sim.scenarios import open_scenario
+from palanquin.sim.scene import build_scene
+from palanquin.sim.team import Team
+
+TROT = open_scenario("trot")
+
+
+def test_walls_and_cylinders_are_where_they_should_be():
+    wall = {"type": "wall", "start": [1.0, 0.0], "end": [1.0, 2.0], "thickness": 0.2, "top": 0.7}
+    cylinder = {"type": "cylinder", "centre": [-1.0, 0.5], "radius": 0.3}
+    scene = build_scene(TROT.changed(obstacles=[wall, cylinder]).scene)
+    data = mujoco.MjData(scene.model)
+    mujoco.mj_forward(scene.model, data)
+
+    def hit(start, direction):
+        geom = np.zeros(1, np.int32)
+        groups = np.array([1, 1, 1, 0, 0, 0], np.uint8)
+        distance = mujoco.mj_ray(scene.model, data, start, direction, groups, 1, -1, geom)
+        return distance, scene.model.geom(geom[0]).name
+
+    assert hit([2.0, 1.5, 0.5], [-1.0, 0.0, 0.0]) == (pytest.approx(0.9), "obstacle/1")
+    assert hit([1.0, 1.9, 2.0], [0.0, 0.0, -1.0]) == (pytest.approx(1.3), "obstacle/1")
+    assert hit([-2.0, 0.5, 0.3], [1.0, 0.0, 0.0]) == (pytest.approx(0.7), "obstacle/2")
+
+
+def test_a_recorded_team_keeps_its_obstacles():
+    team = open_scenario("turn").scene
+    assert Team.from_json(team.to_json()) == team
+    assert len(team.obstacles) == 3
+
+
+def test_start_poses_are_drawn_within_their_spread():
+    scenario = open_scenario("turn")
+    poses = np.array([scenario.start_pose.draw(seed) for seed in range(30)])
+    np.testing.assert_array_equal(poses[0], 0.0)
+    assert (np.abs(poses) <= scenario.start_pose.spread).all()
+    assert len(np.unique(poses, axis=0)) == 30
+
+
+def test_nothing_touches_a_wall_beside_the_way():
+    """The team is told to walk along a wall into which its beam would reach."""
+    wall = {"type": "wall", "start": [0.5, 1.0], "end": [3.0, 0.85], "thickness": 0.1}
+    scenario = TROT.changed(obstacles=[wall], duration=2.5)
+    planner = scenario.build_planner()
+    rollout = closed_loop.run(
+        planner, scenario.scene, scenario.script(), 2.5, 1 / 30, scenario.start(planner)
+    )
+    clearance = smallest_clearance(track(rollout, frame_rate=10.0), every=1)
+    assert 0.0 < clearance.distance < 0.1
+    assert clearance.body == "payload"
+    assert rollout.x[-1, 1] < -0.05  # it gave way
+
+
+def test_without_obstacles_the_clearance_is_far():
+    scenario = TROT.changed(duration=0.2)
+    planner = scenario.build_planner()
+    rollout = closed_loop.run(planner, scenario.scene, scenario.script(), 0.2, 1 / 30)
+    assert smallest_clearance(track(rollout, frame_rate=10.0)).distance == FAR
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "message"),
+    [
+        ({"type": "box", "centre": [0, 0], "size": [1, 0]}, "size"),
+        ({"type": "wall", "start": [1, 1], "end": [1, 1]}, "a wall needs a length"),
+        ({"type": "cylinder", "centre": [0, 0]}, "radius"),
+        ({"type": "cone", "centre": [0, 0]}, "cone"),
+        ({"type": "box", "centre": [0, float("nan")], "size": [1, 1]}, "centre"),
+    ],
+)
+def test_bad_obstacles_say_what_is_wrong(obstacle, message):
+    with pytest.raises(InputError, match=message):
+        TROT.changed(obstacles=[obstacle])
