@@ -19,7 +19,8 @@ from palanquin.plan import Status
 from palanquin.policies import Penalty
 from palanquin.problems import clm
 from palanquin.problems import modules as m
-from palanquin.problems.clm.planner import Planner, TeamState
+from palanquin.problems.clm.planner import Planner
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.modules.ditches import Formulation
 from palanquin.sim.scenarios.ditches import RandomDitches
 

@@ -13,7 +13,7 @@ from palanquin.benchmarks.stage_qps import qp_flops
 from palanquin.benchmarks.trot import COMMAND, PERIOD, ClosedLoop, disturbed, make_planner
 from palanquin.benchmarks.variant import SOLVERS, Task, Variant
 from palanquin.plan import Sqp
-from palanquin.problems.clm.planner import TeamPlan
+from palanquin.problems.clm.team_plan import TeamPlan
 
 # A cold solve ends when the QP predicts less than this relative decrease of the cost. Tighter than
 # what is compared, looser than what OSQP's accuracy can certify.

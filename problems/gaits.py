@@ -58,6 +58,11 @@ class Gait:
         duty = np.array(self.duty)
         return np.array(self.offset) - _LATE, duty, duty == 1.0
 
+    @cached_property
+    def stance(self) -> np.ndarray:
+        """How long each foot stands, s, [4]."""
+        return self.period * np.array(self.duty)
+
     def stances(self, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """When the stance that holds at `phase` [n] or comes next begins and ends, seconds from
         there, each [n, 4]. One that never ends is as long as a cycle, half of it past.

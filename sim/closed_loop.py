@@ -8,7 +8,8 @@ from itertools import count, islice
 
 import numpy as np
 
-from palanquin.problems.clm.planner import Planner, TeamPlan, TeamState
+from palanquin.problems.clm.planner import Planner
+from palanquin.problems.clm.team_plan import TeamPlan, TeamState
 from palanquin.sim.errors import InputError
 from palanquin.sim.rollout import Rollout, RolloutBuilder
 from palanquin.sim.scenarios.disturbance import mean_wrenches

@@ -11,8 +11,8 @@ from palanquin.benchmarks.variant import Task
 from palanquin.lowered import Lowered, NamedArray
 from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import set_contacts, set_references
-from palanquin.problems.clm.planner import TeamState
 from palanquin.problems.clm.references import make_references, nominal_state
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.gaits import GaitClock
 from palanquin.problems.terrains import Flat
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -19,8 +19,6 @@ from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns, GroundColumns
 from palanquin.problems.clm.footholds import raibert_footholds
-from palanquin.problems.clm.guess import carrying_forces, fill_guess, footholds
-from palanquin.problems.clm.landing import landings, mid_stance_feet
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.references import (
     VELOCITY,
@@ -32,88 +30,29 @@ from palanquin.problems.clm.references import (
     payload_path,
 )
 from palanquin.problems.clm.standing_ground import StandingGround
-from palanquin.problems.clm.starts import foothold_starts
 from palanquin.problems.clm.team import Team
+from palanquin.problems.clm.team_plan import TeamPlan, TeamState
+from palanquin.problems.clm.warm_start import Instant, WarmStart
 from palanquin.problems.gaits import GaitClock
 from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.terrains import Flat, Terrain
 
 FootholdRule = Literal["hips", "raibert"]
 
-# Feet in the air push with less than this, N: in the paper's unreduced form their forces are
-# variables, which the solver leaves at some rounding error.
-_NO_FORCE = 1e-3
-
 
 @dataclass(frozen=True)
-class TeamState:
-    """What is measured: `bodies` [R+1, 13] (payload, then robots; position m, orientation wxyz body
-    to world, velocity world m/s, angular velocity body rad/s) and `feet` [R, 4, 3] (world, m).
-    """
-
-    bodies: np.ndarray
-    feet: np.ndarray
-
-
-@dataclass(frozen=True)
-class TeamPlan:
-    """A plan of one period, with what it was planned for.
-
-    Attributes:
-        plan: the solver's outcome.
-        references: the reference motion over the horizon.
-        contacts: flags [N+1, R, 4] at the knots.
-        solve_ms: wall time from measurement to plan, references and warm start included; the
-            solver's own is in `plan.timings_ms`.
-        columns: where the team stands in the plan's knot vectors.
-        events: what went otherwise than by full steps.
-    """
-
-    plan: Plan
-    references: References
-    contacts: np.ndarray
-    solve_ms: float
-    columns: Columns = field(repr=False)
-    events: tuple[Event, ...] = ()
-
-    @property
-    def bodies(self) -> np.ndarray:
-        """Planned states [N+1, R+1, 13]."""
-        return self.plan.xs[:, self.columns.bodies]
-
-    @property
-    def feet(self) -> np.ndarray:
-        """Planned feet in the world [N, R, 4, 3], m."""
-        return self.plan.xs[:-1, self.columns.feet]
-
-    @property
-    def forces(self) -> np.ndarray:
-        """Planned ground reaction forces in the world [N, R, 4, 3], N."""
-        return self.plan.xs[:-1, self.columns.forces]
-
-    @property
-    def hand_wrenches(self) -> np.ndarray:
-        """Planned force and torque of the payload on each hand, world, [N, R, 6], N and N m."""
-        return self.plan.xs[:-1, self.columns.wrenches]
-
-
-@dataclass(frozen=True)
-class _Instant:
-    """What is known before a solve, at `time` (s).
-
-    `references` over the horizon; `contacts` [N+1, R, 4] and the flags just `before` [R, 4];
-    measured `feet` [R, 4, 3].
+class _Task:
+    """A solve that has been set up: what is known, where it starts, when that was begun, what has
+    happened so far, and in two phases whether the solver is ready to feed back.
     """
 
     time: float
-    references: References
-    contacts: np.ndarray
-    before: np.ndarray
-    feet: np.ndarray
-
-    def carried(self, wanted: np.ndarray) -> np.ndarray:
-        """`wanted` feet [N+1, R, 4, 3], but those that stand stay."""
-        return footholds(wanted, self.contacts, self.before, self.feet)
+    command: Velocity
+    now: Instant
+    guess: NamedArray
+    started: float
+    events: tuple[Event, ...]
+    is_ready: bool = False
 
 
 class Planner:
@@ -174,6 +113,13 @@ class Planner:
         set_terrain(self.params, self.terrain)
         self._surroundings = GroundColumns.of(self.lowered, self.team, self.terrain)
         self.dt = float(self.params["dt"][0])
+        self._start_from = WarmStart(
+            self.lowered,
+            self.team,
+            self.columns,
+            self.params,
+            StandingGround(self.terrain, np.empty((0, 4))),
+        )
         self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
         options = {"max_iterations": 1, **options}
         self.sqp = Sqp(self.lowered, **options)
@@ -187,6 +133,7 @@ class Planner:
         self._time: float | None = None
         self._command = Velocity()
         self._last: TeamPlan | None = None
+        self._prepared: _Task | None = None
         self._failures = 0  # solves in a row without a usable plan
 
     def set_ditches(self, lines: ArrayLike) -> None:
@@ -197,7 +144,7 @@ class Planner:
             self.params["ditches"] = padded_lines(self.ditches, at_most)
         elif len(self.ditches):
             raise ProblemError("ditches are given, but the problem was built for none")
-        self._ground = StandingGround(self.terrain, self.ditches)
+        self._start_from.ground = StandingGround(self.terrain, self.ditches)
 
     def _default_ditches(self) -> np.ndarray:
         lines = self.params["ditches"][0] if "ditches" in self.params else np.empty((0, 4))
@@ -206,7 +153,7 @@ class Planner:
     def restart(self, reference: ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """Forgets the last plan and the time; the payload's reference starts at (x, y, yaw)."""
         self.reference = checks.array("reference", reference, 3)
-        self._time, self._last, self._failures = None, None, 0
+        self._time, self._last, self._prepared, self._failures = None, None, None, 0
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
@@ -258,28 +205,44 @@ class Planner:
         Raises:
             ProblemError: time goes back, or a measured value is not finite.
         """
-        start = clock.perf_counter()
-        elapsed = self._advance_reference(time, command)
-        references = self._references(time, state, command)
-        now = _Instant(time, references, *self._contacts(time), state.feet)
-        set_references(self.params, self.team, references)
-        set_contacts(self.params, self.team, now.contacts, now.before)
-        measured = self.lowered.knot()
-        measured.values[self.columns.bodies] = state.bodies
-        measured.values[self.columns.feet] = state.feet
-        events = self._give_up_on_last(time)
-        guess = self._guess(now, elapsed)
+        task = self._set_up(time, state, command)
+        measured, guess = self._knot(state), task.guess
         if self.candidates is None:
-            plan = self.sqp.solve(self._around(guess), measured, guess)
-        else:
-            guesses = self._choices(now, guess)
-            around = [self._around(start) for start in guesses]
-            plan = self.candidates.solve(around, measured, guesses).plan
-        solve_ms = 1e3 * (clock.perf_counter() - start)
-        self._failures = 0 if plan.is_usable else self._failures + 1
-        events += plan_events(plan, time)
-        self._last = TeamPlan(plan, references, now.contacts, solve_ms, self.columns, events)
-        return self._last
+            return self._answer(task, self.sqp.solve(self._around(guess), measured, guess))
+        at_most = len(self.candidates.solvers)
+        guesses = self._start_from.choices(task.now, guess, at_most)
+        around = [self._around(start) for start in guesses]
+        return self._answer(task, self.candidates.solve(around, measured, guesses).plan)
+
+    def prepare(self, time: float, predicted: TeamState, command: Velocity) -> bool:
+        """First phase of a plan: all that needs no measurement (Diehl et al. 2005).
+
+        To be called before `time` (s), with the bodies and feet that are expected then; `feedback`
+        follows. Raises as `solve`, and ProblemError for a planner with candidates.
+
+        Returns:
+            Whether there is anything to feed back to; if not, `feedback` solves from scratch.
+        """
+        if self.candidates is not None:
+            raise ProblemError("a planner with candidates has no two phases; use solve")
+        task = self._set_up(time, predicted, command)
+        around = self._around(task.guess)
+        is_ready = self.sqp.prepare(around, self._knot(predicted), task.guess)
+        self._prepared = replace(task, is_ready=is_ready)
+        return is_ready
+
+    def feedback(self, state: TeamState) -> TeamPlan:
+        """Second phase: the plan from the measured bodies; feet stand where they were predicted.
+
+        `solve_ms` is this phase's time. Raises ProblemError when nothing was prepared.
+        """
+        task, self._prepared = self._prepared, None
+        if task is None:
+            raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
+        if not task.is_ready:
+            return self.solve(task.time, state, task.command)
+        task = replace(task, started=clock.perf_counter())
+        return self._answer(task, self.sqp.feedback(self._knot(state)))
 
     def settle(
         self, time: float, state: TeamState, command: Velocity, at_most: int = 30
@@ -294,6 +257,34 @@ class Planner:
             if plan.plan.status == Status.CONVERGED:
                 break
         return plan
+
+    def _set_up(self, time: float, state: TeamState, command: Velocity) -> _Task:
+        """References, contacts and guess for a solve at `time`; the parameters are written."""
+        started = clock.perf_counter()
+        elapsed = self._advance_reference(time, command)
+        references = self._references(time, state, command)
+        contacts, before = self._contacts(time)
+        set_references(self.params, self.team, references)
+        set_contacts(self.params, self.team, contacts, before)
+        now = Instant(references, contacts, before, state.feet, self._stance(time))
+        events = self._give_up_on_last(time)
+        guess = self._start_from.guess(now, self._last, elapsed)
+        return _Task(time, command, now, guess, started, events)
+
+    def _knot(self, state: TeamState) -> NamedArray:
+        """The measured knot."""
+        knot = self.lowered.knot()
+        knot.values[self.columns.bodies] = state.bodies
+        knot.values[self.columns.feet] = state.feet
+        return knot
+
+    def _answer(self, task: _Task, plan: Plan) -> TeamPlan:
+        """The plan with what it was for; the next one starts from it."""
+        solve_ms = 1e3 * (clock.perf_counter() - task.started)
+        self._failures = 0 if plan.is_usable else self._failures + 1
+        now, events = task.now, task.events + plan_events(plan, task.time)
+        self._last = TeamPlan(plan, now.references, now.contacts, solve_ms, self.columns, events)
+        return self._last
 
     def _advance_reference(self, time: float, command: Velocity) -> float:
         """Moves the payload's reference on by the time since the last call; returns that time."""
@@ -352,66 +343,11 @@ class Planner:
         self._last, self._failures = None, 0
         return (Event(time, EventKind.RESTART, reason),)
 
-    def _guess(self, now: _Instant, elapsed: float) -> NamedArray:
-        """The last plan, shifted; without one, the references.
-
-        Where feet may not stand everywhere, those that no plan has placed on the ground yet start
-        where they may: one that was in the air at the last plan's end would otherwise keep to the
-        near side of a ditch, step after step, long after the reference has crossed.
-        """
-        last = self._last
-        if last is None:
-            guess = self._from_references(now)
-        else:
-            guess = self._shifted(last, elapsed, now.contacts)
-        if not self._ground.is_whole:
-            clear = self._ground.nearest(self._aims(now))
-            times = elapsed + self.dt * np.arange(self.horizon + 1)
-            was_planned = (times < (self.horizon - 0.5) * self.dt) & (last is not None)
-            kept = now.contacts & was_planned[:, None, None]
-            feet = np.where(kept[..., None], guess.values[:, self.columns.feet], clear)
-            guess.values[:, self.columns.feet] = now.carried(feet)
-        return guess
-
-    def _from_references(self, now: _Instant) -> NamedArray:
-        guess = self.lowered.trajectory()
-        feet = now.carried(now.references.feet())
-        fill_guess(guess, self.team, now.references, now.contacts, feet)
-        return guess
-
-    def _shifted(self, last: TeamPlan, elapsed: float, contacts: np.ndarray) -> NamedArray:
-        """The last plan as seen `elapsed` seconds later.
-
-        Where a foot stands that the last plan had in the air, it starts with its share of the
-        weight: at zero force all its friction rows are at their kinks, from which the subproblem
-        frees itself in steps of the penalties' smoothing width.
-        """
-        guess = self.lowered.shift(last.plan.trajectory, self.params, elapsed)
-        forces = guess.values[:, self.columns.forces]
-        idle = contacts & (np.abs(forces).max(axis=-1) < _NO_FORCE)
-        shares = carrying_forces(self.team, contacts)
-        guess.values[:, self.columns.forces] = np.where(idle[..., None], shares, forces)
-        return guess
-
-    def _aims(self, now: _Instant) -> np.ndarray:
-        """Where feet should land, whatever the ground there, [N+1, R, 4, 3], world, m."""
-        if self.footholds == "raibert":  # they look ahead themselves
-            return now.references.feet()
-        gaits = [clock.gait(now.time) for clock in self.clocks]
-        stance = np.array([gait.period * np.array(gait.duty) for gait in gaits])
-        landing = landings(now.contacts, now.before)
-        return mid_stance_feet(now.references, landing, stance, self.terrain)
-
-    def _choices(self, now: _Instant, guess: NamedArray) -> list[NamedArray]:
-        """The guess, and copies of it whose feet land elsewhere."""
-        at_most = len(self.candidates.solvers) - 1 if self.candidates else 0
-        aims = self._aims(now)
-        guesses = [guess]
-        for start in foothold_starts(aims, now.contacts, now.before, self._ground.options, at_most):
-            other = guess.copy()
-            other.values[:, self.columns.feet] = now.carried(start)
-            guesses.append(other)
-        return guesses
+    def _stance(self, time: float) -> np.ndarray:
+        """How long each foot stands, s, [R, 4]; 0 if its reference footholds look ahead."""
+        if self.footholds == "raibert":
+            return np.zeros((len(self.clocks), 4))
+        return np.array([clock.gait(time).stance for clock in self.clocks])
 
     def _around(self, guess: NamedArray) -> NamedArray:
         """The parameters, with those of the ground around the guess' feet."""

@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palanquin.problems import clm
-from palanquin.problems.clm.planner import Planner, TeamState
+from palanquin.problems.clm.planner import Planner
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.gaits import Gait
 from palanquin.problems.modules.obstacles import Obstacles
 from palanquin.problems.terrain_kinds import FlatKind, TerrainKind

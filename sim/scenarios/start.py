@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from palanquin.problems import quaternions
-from palanquin.problems.clm.planner import TeamState
 from palanquin.problems.clm.references import ORIENTATION, POSITION, VELOCITY
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.terrains import Terrain
 from palanquin.sim.errors import InputError
 

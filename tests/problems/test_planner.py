@@ -1,5 +1,7 @@
 """The receding-horizon planner: its columns, its warm starts, its clock."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,7 +66,7 @@ def test_newly_standing_feet_start_with_a_share_of_the_weight(planner):
     state = planner.nominal_state()
     last = planner.settle(0.0, state, COMMAND)
     contacts, _ = planner._contacts(7 * DT)
-    guess = planner._shifted(last, 7 * DT, contacts)
+    guess = planner._start_from.shifted(last, contacts, 7 * DT)
     force = guess.values[:, planner.columns.forces][..., 2]
     assert (force[contacts] > 1.0).all()
 
@@ -107,7 +109,8 @@ def test_a_run_of_failures_ends_with_a_restart(flat_problem, restart_after, monk
         return solve(parameters, measured, guess)
 
     monkeypatch.setattr(planner.sqp, "solve", fail)
-    monkeypatch.setattr(planner, "_shifted", lambda *_: planner.lowered.trajectory())
+    neutral = planner.lowered.trajectory
+    monkeypatch.setattr(planner._start_from, "shifted", lambda *_: neutral())
     failed = [planner.solve(n * DT, state, COMMAND) for n in range(1, restart_after + 1)]
     for n, plan in enumerate(failed, start=1):
         assert [event.kind for event in plan.events] == [EventKind.KEPT_PLAN]
@@ -127,3 +130,42 @@ def test_a_run_of_failures_ends_with_a_restart(flat_problem, restart_after, monk
 def test_a_planner_must_restart_some_time(flat_problem):
     with pytest.raises(ProblemError, match=r"planner\.restart_after is 0; it must be at least 1"):
         Planner(flat_problem, restart_after=0)
+
+
+def test_two_phases_plan_as_one_call_does(flat_problem):
+    one, two = Planner(flat_problem), Planner(flat_problem)
+    state = one.nominal_state()
+    for planner in (one, two):
+        planner.settle(0.0, state, COMMAND)
+    measured = replace(state, bodies=state.bodies + 0.0)
+    measured.bodies[1, 7] += 0.01
+    assert two.prepare(DT, state, COMMAND)
+    answer, whole = two.feedback(measured), one.solve(DT, measured, COMMAND)
+    np.testing.assert_array_equal(answer.bodies[0], measured.bodies)
+    np.testing.assert_array_equal(answer.contacts, whole.contacts)
+    assert answer.plan.is_usable
+    assert answer.plan.cost == pytest.approx(whole.plan.cost, rel=1e-3)
+
+
+def test_feedback_needs_a_preparation_and_one_start(flat_problem):
+    planner = Planner(flat_problem)
+    state = planner.nominal_state()
+    with pytest.raises(ProblemError, match="nothing was prepared"):
+        planner.feedback(state)
+    planner.prepare(0.0, state, COMMAND)
+    planner.feedback(state)
+    with pytest.raises(ProblemError, match="nothing was prepared"):
+        planner.feedback(state)
+    with pytest.raises(ProblemError, match="no two phases"):
+        Planner(flat_problem, candidates=2).prepare(0.0, state, COMMAND)
+
+
+def test_feedback_to_a_bad_prediction_solves_from_scratch(flat_problem):
+    planner = Planner(flat_problem)
+    state = planner.nominal_state()
+    planner.settle(0.0, state, COMMAND)
+    lost = replace(state, bodies=np.where(np.arange(13) == 0, 1e200, state.bodies))
+    assert not planner.prepare(DT, lost, COMMAND)
+    plan = planner.feedback(state)
+    assert plan.plan.is_usable
+    np.testing.assert_array_equal(plan.bodies[0], state.bodies)

@@ -9,9 +9,10 @@ import pytest
 
 from palanquin import lowering
 from palanquin.problems import clm, gaits
-from palanquin.problems.clm.planner import Planner, TeamState
+from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.clm.team import Carrier, Payload, Team
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.robots import LAIKAGO
 from palanquin.problems.terrains import Flat, Ramp, Terrain
 from palanquin.sim.closed_loop import landed_feet, nominal_step

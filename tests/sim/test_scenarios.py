@@ -5,8 +5,8 @@ import pytest
 from pydantic import ValidationError
 
 from palanquin.problems import terrains
-from palanquin.problems.clm.planner import TeamState
 from palanquin.problems.clm.references import nominal_state
+from palanquin.problems.clm.team_plan import TeamState
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios import (
     SHIPPED,

@@ -1,0 +1,64 @@
+"""What a team's planner is given, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palanquin.events import Event
+from palanquin.plan import Plan
+from palanquin.problems.clm.columns import Columns
+from palanquin.problems.clm.references import References
+
+
+@dataclass(frozen=True)
+class TeamState:
+    """What is measured: `bodies` [R+1, 13] (payload, then robots; position m, orientation wxyz body
+    to world, velocity world m/s, angular velocity body rad/s) and `feet` [R, 4, 3] (world, m).
+    """
+
+    bodies: np.ndarray
+    feet: np.ndarray
+
+
+@dataclass(frozen=True)
+class TeamPlan:
+    """A plan of one period, with what it was planned for.
+
+    Attributes:
+        plan: the solver's outcome.
+        references: the reference motion over the horizon.
+        contacts: flags [N+1, R, 4] at the knots.
+        solve_ms: wall time from measurement to plan, references and warm start included; the
+            solver's own is in `plan.timings_ms`.
+        columns: where the team stands in the plan's knot vectors.
+        events: what went otherwise than by full steps.
+    """
+
+    plan: Plan
+    references: References
+    contacts: np.ndarray
+    solve_ms: float
+    columns: Columns = field(repr=False)
+    events: tuple[Event, ...] = ()
+
+    @property
+    def bodies(self) -> np.ndarray:
+        """Planned states [N+1, R+1, 13]."""
+        return self.plan.xs[:, self.columns.bodies]
+
+    @property
+    def feet(self) -> np.ndarray:
+        """Planned feet in the world [N, R, 4, 3], m."""
+        return self.plan.xs[:-1, self.columns.feet]
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Planned ground reaction forces in the world [N, R, 4, 3], N."""
+        return self.plan.xs[:-1, self.columns.forces]
+
+    @property
+    def hand_wrenches(self) -> np.ndarray:
+        """Planned force and torque of the payload on each hand, world, [N, R, 6], N and N m."""
+        return self.plan.xs[:-1, self.columns.wrenches]
