@@ -133,6 +133,7 @@ class Planner:
         self._time: float | None = None
         self._command = Velocity()
         self._last: TeamPlan | None = None
+        self._planned_at = 0.0  # what time the last plan is for
         self._prepared: _Task | None = None
         self._failures = 0  # solves in a row without a usable plan
 
@@ -261,14 +262,14 @@ class Planner:
     def _set_up(self, time: float, state: TeamState, command: Velocity) -> _Task:
         """References, contacts and guess for a solve at `time`; the parameters are written."""
         started = clock.perf_counter()
-        elapsed = self._advance_reference(time, command)
+        self._advance_reference(time, command)
         references = self._references(time, state, command)
         contacts, before = self._contacts(time)
         set_references(self.params, self.team, references)
         set_contacts(self.params, self.team, contacts, before)
         now = Instant(references, contacts, before, state.feet, self._stance(time))
         events = self._give_up_on_last(time)
-        guess = self._start_from.guess(now, self._last, elapsed)
+        guess = self._start_from.guess(now, self._last, time - self._planned_at)
         return _Task(time, command, now, guess, started, events)
 
     def _knot(self, state: TeamState) -> NamedArray:
@@ -284,19 +285,18 @@ class Planner:
         self._failures = 0 if plan.is_usable else self._failures + 1
         now, events = task.now, task.events + plan_events(plan, task.time)
         self._last = TeamPlan(plan, now.references, now.contacts, solve_ms, self.columns, events)
+        self._planned_at = task.time
         return self._last
 
-    def _advance_reference(self, time: float, command: Velocity) -> float:
-        """Moves the payload's reference on by the time since the last call; returns that time."""
+    def _advance_reference(self, time: float, command: Velocity) -> None:
+        """Moves the payload's reference on by the time since the last call."""
         time = checks.finite("time", time)
         if self._time is None:
             self._start = self._time = time
-        elapsed = time - self._time
-        if elapsed < 0:
+        if time < self._time:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
         self.reference = self.reference_at(time)
         self._time, self._command = time, command
-        return elapsed
 
     def _contacts(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Flags at the knots [N+1, R, 4], and just before `time` [R, 4].
