@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -33,6 +34,7 @@ def figures_of(scenario: Scenario, rollout: Rollout) -> Row:
     return {
         **row,
         "seed": scenario.seed,
+        "load": os.getloadavg()[0],
         "fallbacks": [
             {"time_s": float(rollout.time[k]), "status": str(rollout.status[k])}
             for k in np.flatnonzero(failed)

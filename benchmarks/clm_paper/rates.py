@@ -11,7 +11,9 @@ from palanquin.benchmarks.clm_paper.figures_of_runs import Row, figures_of
 from palanquin.benchmarks.horizon import horizon_variants
 from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.plots import plot_rate_over_horizon
-from palanquin.sim.closed_loop import number_of_ticks
+from palanquin.benchmarks.rows import quantiles
+from palanquin.problems.clm.team_plan import TeamState
+from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step, number_of_ticks
 from palanquin.sim.running import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 
@@ -29,6 +31,9 @@ TEAMS = {
 TEAM_DURATION = 4.0
 """Of a team's run, s."""
 
+FEEDBACK_TICKS = 300
+"""Plans of a team that are made in two phases."""
+
 
 def team_scenarios() -> dict[str, Scenario]:
     """The runs of `TEAMS`, each planned as often as is asked."""
@@ -42,7 +47,8 @@ def team_scenarios() -> dict[str, Scenario]:
 
 def team_ticks() -> int:
     """How many plans `measure_teams` makes."""
-    return sum(number_of_ticks(s.duration, s.planner.period) for s in team_scenarios().values())
+    scenarios = team_scenarios().values()
+    return sum(number_of_ticks(s.duration, s.planner.period) + FEEDBACK_TICKS for s in scenarios)
 
 
 def measure_teams(progress: Callable[[int], None]) -> list[Row]:
@@ -54,8 +60,31 @@ def measure_teams(progress: Callable[[int], None]) -> list[Row]:
         rollout = run_scenario(scenario, progress=lambda tick: progress(1))
         row = figures_of(scenario, rollout)
         row |= {"team": name, "robots": len(scenario.robots), "rate_hz": scenario.planner.rate}
-        rows.append({**row, "horizon": scenario.planner.horizon})
+        times = feedback_times(scenario, FEEDBACK_TICKS)
+        progress(FEEDBACK_TICKS)
+        rows.append({**row, "horizon": scenario.planner.horizon, "feedback_ms": quantiles(times)})
     return rows
+
+
+def feedback_times(scenario: Scenario, ticks: int) -> list[float]:
+    """Milliseconds of the feedback phase of so many plans, each prepared for the state that the
+    nominal model then has.
+    """
+    planner, period = scenario.build_planner(), scenario.planner.period
+    command = scenario.command.start().velocity(0.0, planner.reference, period)
+    state, times = scenario.start(planner), []
+    planner.settle(0.0, state, command)
+    for tick in range(ticks):
+        time = tick * period
+        planner.prepare(time, state, command)
+        plan = planner.feedback(state)
+        times.append(plan.solve_ms)
+        state = TeamState(state.bodies, landed_feet(plan, state.feet))
+        state = TeamState(
+            nominal_step(planner, plan, state, period),
+            feet_after(planner, plan, state.feet, time + period),
+        )
+    return times
 
 
 def measure_horizons(

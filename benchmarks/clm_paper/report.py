@@ -15,7 +15,6 @@ from palanquin.benchmarks.ditch_formulations import Outcome
 from palanquin.benchmarks.plots import PAPER_RATES
 from palanquin.benchmarks.tables import solver_of
 
-_MOST_EVENTS = 50
 _PAPER_MACHINE = "i7-11800H, 2.30 GHz (De Vincenti and Coros, section IV-A)"
 
 
@@ -62,7 +61,8 @@ def report(
         "## Rates (section IV-A)",
         "![rates](rates.png)",
         _rate_table(horizons["rows"]),
-        "Whole plans, from measurement to plan with references and warm start:",
+        "Whole plans, from measurement to plan with references and warm start; and in two phases, "
+        "what is left to do when the measurement comes:",
         _team_table(teams),
         "## Fallbacks and late plans",
         _events([(name, row) for name, r in runs.items() for row in r.rows], teams),
@@ -169,7 +169,17 @@ def _rate_table(rows: Sequence[Row]) -> str:
 
 
 def _team_table(rows: Sequence[Row]) -> str:
-    head = ("team", "asked, Hz", "N", "p50, ms", "p95, ms", "p99, ms", "max, ms", "rate, Hz")
+    head = (
+        "team",
+        "asked, Hz",
+        "N",
+        "p50, ms",
+        "p95, ms",
+        "p99, ms",
+        "max, ms",
+        "rate, Hz",
+        "feedback p50, ms",
+    )
     lines = [
         (
             row["team"],
@@ -177,6 +187,7 @@ def _team_table(rows: Sequence[Row]) -> str:
             row["horizon"],
             *(f"{row['solve_ms'][q]:.2f}" for q in ("p50", "p95", "p99", "max")),
             f"{1e3 / row['solve_ms']['p50']:.0f}",
+            f"{row['feedback_ms']['p50']:.2f}",
             f"{len(row['late'])} of {round(row['duration_s'] * row['rate_hz'])}",
         )
         for row in rows
@@ -185,18 +196,31 @@ def _team_table(rows: Sequence[Row]) -> str:
 
 
 def _events(rows: Sequence[tuple[str, Row]], teams: Sequence[Row]) -> str:
-    lines = [
-        (name, row["seed"], f"{event['time_s']:.2f}", what.format(**event))
-        for name, row in rows
-        for kind, what in (("fallbacks", "no usable plan: {status}"), ("late", "{ms:.1f} ms"))
-        for event in row[kind]
-    ]
     late = sum(len(row["late"]) for row in teams)
     failed = sum(len(row["fallbacks"]) for row in teams)
     ticks = f"In the teams' runs at their own rates {late} plans were late and {failed} not usable."
+    lines = [line for name, row in rows for line in _events_of(name, row)]
     if not lines:
         return f"None at 30 Hz: every solve gave a usable plan within its period. {ticks}"
-    more = len(lines) - _MOST_EVENTS
-    rest = f"\n\nand {more} more, in `results.json`" * (more > 0)
-    head = ("experiment", "seed", "time, s", "what happened")
-    return table(head, lines[:_MOST_EVENTS]) + f"{rest}\n\n{ticks}"
+    head = ("experiment", "seed", "what", "how often", "first at, s", "worst", "load then")
+    return (
+        f"{table(head, lines)}\n\nEvery one of them is in `results.json`. The load is that of the "
+        f"machine when the run ended: above the number of its cores, others took turns. {ticks}"
+    )
+
+
+def _events_of(name: str, row: Row) -> list[tuple[str, ...]]:
+    """A line for each kind of event that a run had."""
+    kinds = {
+        "no usable plan": (row["fallbacks"], lambda event: event["status"]),
+        "late": (row["late"], lambda event: f"{event['ms']:.0f} ms"),
+    }
+    lines = []
+    for what, (events, words) in kinds.items():
+        if events:
+            worst = max(events, key=lambda event: event.get("ms", 0.0))
+            first = f"{events[0]['time_s']:.2f}"
+            count, load = str(len(events)), f"{row['load']:.1f}"
+            lines.append((name, str(row["seed"]), what, count, first, words(worst), load))
+    ladder = [(kind, str(count), "", "", "") for kind, count in row["events"].items()]
+    return lines + [(name, str(row["seed"]), *entry) for entry in ladder]

@@ -18,7 +18,8 @@ from palanquin.benchmarks.clm_paper.experiments import (
 )
 from palanquin.benchmarks.clm_paper.push_picture import draw_push
 from palanquin.benchmarks.clm_paper.ramp_picture import draw_ramp, draw_reach
-from palanquin.benchmarks.clm_paper.report import table
+from palanquin.benchmarks.clm_paper.rates import feedback_times, team_scenarios
+from palanquin.benchmarks.clm_paper.report import _events, table
 from palanquin.benchmarks.clm_paper.reproduction import Effort
 from palanquin.benchmarks.clm_paper.seeds import SeedRunner
 from palanquin.benchmarks.clm_paper.slopes import slope_scenario
@@ -119,6 +120,26 @@ def test_settings_keep_what_they_do_not_change():
     scenario = slope_scenario(0.5, 0.6)
     assert (scenario.terrain.kappa, scenario.planner.friction) == (0.5, 0.6)
     assert scenario.gait_changes == ()
+
+
+def test_events_are_listed_by_run():
+    quiet = {"seed": 0, "load": 0.5, "fallbacks": [], "late": [], "events": {}}
+    assert "None at 30 Hz" in _events([("push", quiet)], [quiet])
+    late = [{"time_s": 1.0, "ms": 40.0}, {"time_s": 2.0, "ms": 50.0}]
+    failed = [{"time_s": 3.0, "status": "diverged"}]
+    row = {**quiet, "late": late, "fallbacks": failed, "events": {"restart": 1}}
+    page = _events([("push", row)], [row])
+    assert "| push | 0 | late | 2 | 1.00 | 50 ms | 0.5 |" in page
+    assert "| push | 0 | no usable plan | 1 | 3.00 | diverged | 0.5 |" in page
+    assert "| push | 0 | restart | 1 |" in page
+    assert "2 plans were late and 1 not usable" in page
+
+
+def test_feedback_is_timed_once_a_tick():
+    scenario = planned(team_scenarios()["two robots, 0.5 s"], rate=30.0)
+    times = feedback_times(scenario, 3)
+    assert len(times) == 3
+    assert min(times) > 0
 
 
 def test_tables_are_markdown():
