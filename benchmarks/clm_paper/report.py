@@ -169,17 +169,7 @@ def _rate_table(rows: Sequence[Row]) -> str:
 
 
 def _team_table(rows: Sequence[Row]) -> str:
-    head = (
-        "team",
-        "asked, Hz",
-        "N",
-        "p50, ms",
-        "p95, ms",
-        "p99, ms",
-        "max, ms",
-        "rate, Hz",
-        "feedback p50, ms",
-    )
+    head = ("team", "asked, Hz", "N", "p50, ms", "p95, ms", "p99, ms", "max, ms", "rate, Hz")
     lines = [
         (
             row["team"],
@@ -192,7 +182,7 @@ def _team_table(rows: Sequence[Row]) -> str:
         )
         for row in rows
     ]
-    return table((*head, "later than the period"), lines)
+    return table((*head, "feedback p50, ms", "later than the period"), lines)
 
 
 def _events(rows: Sequence[tuple[str, Row]], teams: Sequence[Row]) -> str:
@@ -211,16 +201,13 @@ def _events(rows: Sequence[tuple[str, Row]], teams: Sequence[Row]) -> str:
 
 def _events_of(name: str, row: Row) -> list[tuple[str, ...]]:
     """A line for each kind of event that a run had."""
-    kinds = {
-        "no usable plan": (row["fallbacks"], lambda event: event["status"]),
-        "late": (row["late"], lambda event: f"{event['ms']:.0f} ms"),
-    }
-    lines = []
-    for what, (events, words) in kinds.items():
+    run, load = (name, str(row["seed"])), f"{row['load']:.1f}"
+    lines: list[tuple[str, ...]] = []
+    for what, events in (("no usable plan", row["fallbacks"]), ("late", row["late"])):
         if events:
             worst = max(events, key=lambda event: event.get("ms", 0.0))
+            words = f"{worst['ms']:.0f} ms" if what == "late" else worst["status"]
             first = f"{events[0]['time_s']:.2f}"
-            count, load = str(len(events)), f"{row['load']:.1f}"
-            lines.append((name, str(row["seed"]), what, count, first, words(worst), load))
-    ladder = [(kind, str(count), "", "", "") for kind, count in row["events"].items()]
-    return lines + [(name, str(row["seed"]), *entry) for entry in ladder]
+            lines.append((*run, what, str(len(events)), first, words, load))
+    ladder = [(kind.replace("_", " "), n) for kind, n in row["events"].items() if n]
+    return lines + [(*run, kind, str(n), "", "", load) for kind, n in ladder]

@@ -123,15 +123,16 @@ def test_settings_keep_what_they_do_not_change():
 
 
 def test_events_are_listed_by_run():
-    quiet = {"seed": 0, "load": 0.5, "fallbacks": [], "late": [], "events": {}}
+    quiet = {"seed": 0, "load": 0.5, "fallbacks": [], "late": [], "events": {"restart": 0}}
     assert "None at 30 Hz" in _events([("push", quiet)], [quiet])
     late = [{"time_s": 1.0, "ms": 40.0}, {"time_s": 2.0, "ms": 50.0}]
     failed = [{"time_s": 3.0, "status": "diverged"}]
-    row = {**quiet, "late": late, "fallbacks": failed, "events": {"restart": 1}}
+    row = {**quiet, "late": late, "fallbacks": failed, "events": {"kept_plan": 2, "restart": 0}}
     page = _events([("push", row)], [row])
     assert "| push | 0 | late | 2 | 1.00 | 50 ms | 0.5 |" in page
     assert "| push | 0 | no usable plan | 1 | 3.00 | diverged | 0.5 |" in page
-    assert "| push | 0 | restart | 1 |" in page
+    assert "| push | 0 | kept plan | 2 |" in page
+    assert "restart" not in page
     assert "2 plans were late and 1 not usable" in page
 
 
