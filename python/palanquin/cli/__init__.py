@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import typer
 
-from palanquin.cli import bench, demo, figures, scenario
+from palanquin.cli import bench, campaign, demo, figures, scenario
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
 
@@ -23,6 +23,7 @@ app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")
 app.add_typer(bench.app, name="bench")
+app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")
 
 

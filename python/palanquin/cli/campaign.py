@@ -1,0 +1,77 @@
+"""`palanquin campaign`: many runs, success rates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from palanquin.cli.console import check_writable, err, out, reported_errors
+
+app = typer.Typer(help="Runs a suite over many seeds; a stopped one goes on.", no_args_is_help=True)
+
+
+@app.callback()
+def campaign() -> None:
+    """Runs a suite over many seeds; a stopped one goes on where it was."""
+
+
+@app.command()
+def bar(
+    suite: Annotated[
+        str,
+        typer.Option(
+            help="flat (30 s; 0, 5, 6.8 kg), rough (10 m of 5 cm, 5 kg, 20 N), rougher (12 cm), "
+            "slippery (friction 0.3), sin40, sin60 or opposed (forces in N)."
+        ),
+    ] = "flat",
+    planners: Annotated[
+        str, typer.Option(help="Some of centralized, distributed, nominal, with commas.")
+    ] = "centralized,distributed",
+    seeds: Annotated[int, typer.Option(help="Seeds 1 to this one.")] = 20,
+    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    json_file: Annotated[
+        Path | None,
+        typer.Option("--json", help="Results, one line a run; continued if it exists."),
+    ] = None,
+) -> None:
+    """Walks A1s on a bar over many seeds, in full physics, and counts who arrives.
+
+    The results' file grows by a line with every finished run: the same command continues it.
+    Exit status: 0 all runs done (whether or not the robots fell), 2 bad input.
+    """
+    with reported_errors():
+        from palanquin.sim.bar import campaign as campaigns
+
+        check_writable("--json", json_file)
+        path = json_file or Path("out") / "campaign" / f"bar-{suite}.jsonl"
+        wanted = campaigns.trials(suite, tuple(planners.split(",")), seeds)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        results = campaigns.Results(path)
+        columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
+        with Progress(*columns, TimeRemainingColumn(), console=err, transient=True) as progress:
+            done = len(wanted) - len(results.missing(wanted))
+            task = progress.add_task(suite, total=len(wanted), completed=done)
+            for _ in campaigns.run_trials(wanted, results, jobs):
+                progress.advance(task)
+        chosen = [row for row in results.rows if row["suite"] == suite]
+        out.print(_table(campaigns.summary(chosen)))
+        out.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _table(rows: list[dict[str, Any]]) -> Table:
+    table = Table()
+    for title in ("suite", "planner", "completed", "velocity rms, worst", "bar's error, torque"):
+        table.add_column(title)
+    for row in rows:
+        table.add_row(
+            row["suite"],
+            row["planner"],
+            f"{row['completed']} of {row['trials']}",
+            f"{row['velocity_rms_worst']:.3f} m/s",
+            f"{1e3 * row['bar_length_error_max']:.2g} mm, {100 * row['torque_fraction_max']:.0f} %",
+        )
+    return table

@@ -1,0 +1,81 @@
+"""Campaigns: seeds, results that survive a stop, success rates."""
+
+import json
+
+import pytest
+
+from palanquin.sim.bar import campaign
+from palanquin.sim.bar.campaign import Results, Trial, run_trials, summary, trials
+from palanquin.sim.bar.scenario import BarScenario
+from palanquin.sim.errors import InputError
+
+
+def figures(seed: int, completed: bool = True, planner: str = "nominal") -> dict:
+    fall = None if completed else {"time_s": 1.0, "cause": "left tipped over"}
+    return {
+        "suite": "flat",
+        "planner": planner,
+        "seed": seed,
+        "completed": completed,
+        "velocity_error_m_s": {"rms": 0.01 * seed},
+        "bar_length_error_m": 1e-5,
+        "torque_fraction_max": 0.5,
+        "fall": fall,
+    }
+
+
+@pytest.mark.parametrize("suite", campaign.SUITES)
+def test_suites_vary_with_their_seed_and_repeat(suite):
+    first, again, other = (Trial(suite, "nominal", seed).scenario() for seed in (1, 1, 2))
+    assert first == again
+    assert first != other
+    assert first.planner == "nominal"
+
+
+def test_a_stopped_campaign_goes_on(tmp_path):
+    file = tmp_path / "results.jsonl"
+    lines = [json.dumps(figures(seed)) for seed in (1, 2)]
+    file.write_text(lines[0] + "\n" + lines[1] + "\n" + lines[0][:40])
+    results = Results(file)
+    assert [trial.seed for trial in results.missing(trials("flat", ("nominal",), 4))] == [3, 4]
+    results.append(figures(3))
+    assert [row["seed"] for row in Results(file).rows] == [1, 2, 3]
+
+
+def test_finished_trials_do_not_run_again(tmp_path):
+    file = tmp_path / "results.jsonl"
+    file.write_text(json.dumps(figures(1)) + "\n")
+    assert not list(run_trials(trials("flat", ("nominal",), 1), Results(file), jobs=1))
+
+
+def test_trials_run_in_processes(tmp_path, monkeypatch):
+    monkeypatch.setitem(campaign.SUITES, "flat", lambda seed: BarScenario(duration=0.1))
+    results = Results(tmp_path / "results.jsonl")
+    rows = list(run_trials(trials("flat", ("nominal",), 2), results, jobs=2))
+    assert sorted(row["seed"] for row in rows) == [1, 2]
+    assert all(row["completed"] and row["duration_s"] == pytest.approx(0.1) for row in rows)
+    assert len(Results(results.path).rows) == 2
+
+
+def test_summary_counts_successes():
+    rows = [figures(1), figures(2, completed=False), figures(3, planner="centralized")]
+    centralized, nominal = summary(rows)
+    assert (centralized["completed"], centralized["trials"]) == (1, 1)
+    assert (nominal["completed"], nominal["trials"]) == (1, 2)
+    assert nominal["velocity_rms_worst"] == pytest.approx(0.02)
+    assert nominal["falls"] == ["left tipped over"]
+
+
+def test_garbage_is_explained(tmp_path):
+    with pytest.raises(InputError, match="suite: 'moon'"):
+        trials("moon", ("nominal",), 1)
+    with pytest.raises(InputError, match="planner: 'oracle'"):
+        trials("flat", ("oracle",), 1)
+    with pytest.raises(InputError, match="seeds: 0"):
+        trials("flat", ("nominal",), 0)
+    file = tmp_path / "results.jsonl"
+    file.write_text("garbage\n" + json.dumps(figures(1)) + "\n")
+    with pytest.raises(InputError, match="line 1: not a trial's figures"):
+        Results(file)
+    with pytest.raises(InputError, match="jobs: 0"):
+        list(run_trials(trials("flat", ("nominal",), 1), Results(tmp_path / "new"), jobs=0))
