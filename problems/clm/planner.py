@@ -46,7 +46,6 @@ class _Task:
     happened so far, and in two phases whether the solver is ready to feed back.
     """
 
-    time: float
     command: Velocity
     now: Instant
     guess: NamedArray
@@ -119,6 +118,7 @@ class Planner:
             self.columns,
             self.params,
             StandingGround(self.terrain, np.empty((0, 4))),
+            self._stance,
         )
         self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
         options = {"max_iterations": 1, **options}
@@ -241,7 +241,7 @@ class Planner:
         if task is None:
             raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
         if not task.is_ready:
-            return self.solve(task.time, state, task.command)
+            return self.solve(task.now.time, state, task.command)
         task = replace(task, started=clock.perf_counter())
         return self._answer(task, self.sqp.feedback(self._knot(state)))
 
@@ -267,10 +267,10 @@ class Planner:
         contacts, before = self._contacts(time)
         set_references(self.params, self.team, references)
         set_contacts(self.params, self.team, contacts, before)
-        now = Instant(references, contacts, before, state.feet, self._stance(time))
+        now = Instant(time, references, contacts, before, state.feet)
         events = self._give_up_on_last(time)
         guess = self._start_from.guess(now, self._last, time - self._planned_at)
-        return _Task(time, command, now, guess, started, events)
+        return _Task(command, now, guess, started, events)
 
     def _knot(self, state: TeamState) -> NamedArray:
         """The measured knot."""
@@ -283,9 +283,9 @@ class Planner:
         """The plan with what it was for; the next one starts from it."""
         solve_ms = 1e3 * (clock.perf_counter() - task.started)
         self._failures = 0 if plan.is_usable else self._failures + 1
-        now, events = task.now, task.events + plan_events(plan, task.time)
+        now, events = task.now, task.events + plan_events(plan, task.now.time)
         self._last = TeamPlan(plan, now.references, now.contacts, solve_ms, self.columns, events)
-        self._planned_at = task.time
+        self._planned_at = task.now.time
         return self._last
 
     def _advance_reference(self, time: float, command: Velocity) -> None:

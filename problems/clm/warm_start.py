@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,19 +27,18 @@ class Instant:
     """What is known before a solve.
 
     Attributes:
+        time: of the first knot, s.
         references: reference motion over the horizon.
         contacts: flags [N+1, R, 4] at the knots.
         before: flags just before the first knot, [R, 4].
         feet: measured, [R, 4, 3].
-        stance: how long each foot stands in its robot's gait, s, [R, 4]; 0 for one whose reference
-            footholds are those of the whole stance already.
     """
 
+    time: float
     references: References
     contacts: np.ndarray
     before: np.ndarray
     feet: np.ndarray
-    stance: np.ndarray
 
     def carried(self, wanted: np.ndarray) -> np.ndarray:
         """`wanted` feet [N+1, R, 4, 3], but those that stand stay."""
@@ -54,6 +54,8 @@ class WarmStart:
         columns: where the team stands in its knot vectors.
         spacing: parameters whose "dt" holds the knots' distances, s.
         ground: where feet may stand.
+        stance: how long each foot stands in its robot's gait at a time (s), [R, 4], s; 0 for one
+            whose reference footholds are those of the whole stance already.
     """
 
     def __init__(
@@ -63,8 +65,10 @@ class WarmStart:
         columns: Columns,
         spacing: NamedArray,
         ground: StandingGround,
+        stance: Callable[[float], np.ndarray],
     ) -> None:
         self.ground = ground
+        self._stance = stance
         self._lowered, self._team, self._columns = lowered, team, columns
         self._spacing = spacing
 
@@ -127,4 +131,4 @@ class WarmStart:
     def _aims(self, now: Instant) -> np.ndarray:
         """Where feet should land, whatever the ground there, [N+1, R, 4, 3], world, m."""
         landing = landings(now.contacts, now.before)
-        return mid_stance_feet(now.references, landing, now.stance, self.ground.terrain)
+        return mid_stance_feet(now.references, landing, self._stance(now.time), self.ground.terrain)
