@@ -18,7 +18,9 @@ from palanquin.problem import Parameter, Problem, checked_horizon
 
 logger = logging.getLogger("palanquin.lowering")
 
-_VERSION_PARTS = [Path(module.__file__ or "").read_bytes() for module in (lowering, compilation)]
+# Palanquin's own part of the content that keys the cache.
+_SOURCES = (*sorted(Path(lowering.__path__[0]).glob("*.py")), Path(compilation.__file__ or ""))
+_VERSION_PARTS = [source.read_bytes() for source in _SOURCES]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@
 
 namespace palanquin {
 
-/// The `nlp_*` functions of a lowered problem; results as listed in palanquin/lowering.py.
+/// The `nlp_*` functions of a lowered problem; results as listed in palanquin/lowering/__init__.py.
 struct Ipopt::Functions {
   explicit Functions(const std::string& path);
   LoweredLibrary library;

@@ -11,7 +11,7 @@
 namespace palanquin {
 
 /// The functions of a problem's "exact" library: Hessians of the stages' Lagrangians, with
-/// arguments as listed in palanquin/lowering.py.
+/// arguments as listed in palanquin/lowering/__init__.py.
 struct ExactHessian {
   /// Throws std::runtime_error when the library cannot be loaded or is of another kind.
   explicit ExactHessian(const std::string& path);

@@ -78,7 +78,7 @@ class LoweredProblem {
   /// "dynamics of payload.velocity[2] (knot 3)" for an ambient row of the next state.
   std::string dynamics_name(int row, int knot) const;
 
-  // Functions; arguments and results as listed in palanquin/lowering.py.
+  // Functions; arguments and results as listed in palanquin/lowering/__init__.py.
   LoweredFunction structure, chart;
   LoweredFunction running, running_linear, terminal, terminal_linear, link, link_linear;
 

@@ -1,0 +1,136 @@
+"""Functions that the SQP calls: values, derivatives, roles and charts of one knot."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from palanquin.errors import ProblemError
+from palanquin.lowering.dynamics import elimination_order, next_state, state_jacobians
+from palanquin.lowering.knot import Knot, function, knot_symbols, pruned
+from palanquin.lowering.stage import (
+    ROW_ORDER,
+    cost_derivatives,
+    groups_at,
+    row_jacobians,
+    stacked_rows,
+    stage_values,
+)
+from palanquin.problem import Problem
+
+
+def value_functions(problem: Problem) -> list[ca.Function]:
+    """Functions without derivatives; together with the manifest they identify a problem."""
+    k = knot_symbols(problem)
+    functions = [_structure(problem, k), _chart(problem, k)]
+    d = next_state(problem)
+    functions.append(
+        function(problem, "running", [k.z, k.z_next, k.p], [d, *stage_values(problem, "running")])
+    )
+    _check_next(problem)
+    _check_terminal(problem)
+    functions.append(function(problem, "terminal", [k.z, k.p], stage_values(problem, "terminal")))
+    link = stacked_rows(problem, "link", "running")
+    functions.append(function(problem, "link", [k.z_previous, k.z, k.p], [link]))
+    return functions
+
+
+def sqp_functions(problem: Problem) -> list[ca.Function]:
+    """Everything that the SQP needs: values, and derivatives in the tangent space."""
+    k = knot_symbols(problem)
+    elimination_order(problem, [b for b in problem.blocks if b.is_state])
+    dd_dz, dd_dnext = state_jacobians(problem, k)
+    gradient, hessian = cost_derivatives(problem, k, "running")
+    running = [
+        next_state(problem),
+        *stage_values(problem, "running"),
+        dd_dz,
+        dd_dnext,
+        gradient,
+        hessian,
+        *row_jacobians(problem, k, "running"),
+    ]
+    gradient, hessian = cost_derivatives(problem, k, "terminal")
+    terminal = [
+        *stage_values(problem, "terminal"),
+        gradient,
+        hessian,
+        *row_jacobians(problem, k, "terminal"),
+    ]
+    link = stacked_rows(problem, "link", "running")
+    link_jacobians = [
+        link,
+        pruned(ca.jacobian(link, k.z_previous) @ k.tangent_previous),
+        pruned(ca.jacobian(link, k.z) @ k.tangent),
+    ]
+    return [
+        *value_functions(problem),
+        function(problem, "running_linear", [k.z, k.z_next, k.p], running),
+        function(problem, "terminal_linear", [k.z, k.p], terminal),
+        function(problem, "link_linear", [k.z_previous, k.z, k.p], link_jacobians),
+    ]
+
+
+def _structure(problem: Problem, k: Knot) -> ca.Function:
+    roles = ca.vertcat(*(b.role for b in problem.blocks))
+    charts = ca.vertcat(*(ca.SX(b.chart.active) if b.chart else ca.SX(0) for b in problem.blocks))
+    flags = [
+        ca.vertcat(*(r.active for r in groups_at(problem, kind, at)), ca.SX(0, 1))
+        for kind, at in ROW_ORDER
+    ]
+    return function(problem, "structure", [k.p], [roles, charts, *flags])
+
+
+def _chart(problem: Problem, k: Knot) -> ca.Function:
+    """The knot z with charted blocks embedded; per charted block its [size, coordinates] slope."""
+    values, slopes = [], []
+    for b in problem.blocks:
+        if b.chart is None:
+            values.append(b.symbol)
+            continue
+        coordinates = ca.SX.sym("y", b.chart.coordinates)
+        embedded = ca.densify(ca.SX(b.chart.embed(coordinates)))
+        if embedded.shape != (b.size, 1):
+            raise ProblemError(
+                f"chart of block '{b.name}' embeds into shape {embedded.shape}; ({b.size}, 1) is "
+                "needed"
+            )
+        if not ca.is_equal(embedded[: b.chart.coordinates], coordinates):
+            raise ProblemError(
+                f"chart of block '{b.name}' must leave its coordinates as they are: its first "
+                f"{b.chart.coordinates} entries are {embedded[: b.chart.coordinates]}"
+            )
+        slope = ca.densify(ca.jacobian(embedded, coordinates))
+        at = b.symbol[: b.chart.coordinates]
+        values.append(ca.substitute(embedded, coordinates, at))
+        slopes.append(ca.vec(ca.substitute(slope, coordinates, at)))
+    return function(
+        problem, "chart", [k.z, k.p], [ca.vertcat(*values), ca.vertcat(*slopes, ca.SX(0, 1))]
+    )
+
+
+def _check_next(problem: Problem) -> None:
+    """Next values belong to dynamics: costs and rows are differentiated by their own knot alone."""
+    terms = [(t.name, t.expression) for t in problem.costs]
+    terms += [(r.name, r.expression) for r in problem.rows]
+    following = ca.vertcat(*(b.next_symbol for b in problem.blocks))
+    if not ca.depends_on(ca.vertcat(ca.SX(0, 1), *(e for _, e in terms)), following):
+        return
+    for name, expression in terms:
+        for block in problem.blocks:
+            if ca.depends_on(expression, block.next_symbol):
+                raise ProblemError(
+                    f"'{name}' uses next('{block.name}'), which only dynamics may use; state a "
+                    "link row, or the cost of the next knot"
+                )
+
+
+def _check_terminal(problem: Problem) -> None:
+    terms = [(t.name, t.expression) for t in problem.costs if t.at != "running"]
+    terms += [(r.name, r.expression) for r in problem.rows if r.at != "running"]
+    for name, expression in terms:
+        for block in problem.blocks:
+            if not block.is_state and ca.depends_on(expression, block.symbol):
+                raise ProblemError(
+                    f"'{name}' holds at the terminal knot but uses '{block.name}', "
+                    "which is not a state and does not exist there"
+                )
