@@ -12,10 +12,8 @@ where z_k stacks all blocks of knot k and x_k its states. `Problem.lower` compil
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 import casadi as ca
@@ -23,106 +21,36 @@ import numpy as np
 
 from palanquin import policies
 from palanquin.errors import ProblemError
+from palanquin.statements import checked_at, checked_column, checked_horizon, checked_name
+from palanquin.terms import (
+    At,
+    Block,
+    Chart,
+    CostTerm,
+    Dynamics,
+    Expression,
+    Parameter,
+    Role,
+    RowGroup,
+)
 
 if TYPE_CHECKING:
     from palanquin.lowered import Lowered
 
-Expression = ca.SX
-At = Literal["running", "terminal", "all"]
+__all__ = [
+    "Block",
+    "Chart",
+    "Expression",
+    "Module",
+    "Parameter",
+    "Problem",
+    "Role",
+    "RowGroup",
+    "checked_horizon",
+]
+
 Deferred = Expression | Callable[[], Expression]
 Handle = TypeVar("Handle")
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
-
-
-class Role(IntEnum):
-    """What a block is at one knot; the codes are the engine's.
-
-    INPUT: free, meets the dynamics. CARRIED: equals its value at the knot before (a state without
-    dynamics of its own; known when the chain starts before the horizon). LOCAL: free, meets only
-    the cost and rows of its own knot. ABSENT: held at zero. STATE is for blocks with dynamics.
-    """
-
-    INPUT = 0
-    CARRIED = 1
-    LOCAL = 2
-    ABSENT = 3
-    STATE = 4
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A surface on which a block lives: value = embed(its first `coordinates` entries).
-
-    Attributes:
-        coordinates: number m of leading entries of the block that parametrise the surface.
-        embed: maps the coordinates [m] to the block's value [n]; its first m entries are the
-            coordinates themselves.
-        active: expression of parameters, nonzero where the block is on the surface.
-    """
-
-    coordinates: int
-    embed: Callable[[Expression], Expression]
-    active: Expression | float = 1.0
-
-
-@dataclass(frozen=True)
-class Block:
-    """A named group of variables of one knot. `size` is ambient, `tangent_size` counts steps."""
-
-    name: str
-    size: int
-    tangent_size: int
-    is_quaternion: bool
-    is_state: bool
-    symbol: Expression
-    next_symbol: Expression
-    previous_symbol: Expression
-    role: Expression
-    chart: Chart | None = None
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A run-time parameter: `shape` as the user sees it, `default` as a flat row-major array."""
-
-    name: str
-    shape: tuple[int, ...]
-    symbol: Expression
-    default: np.ndarray
-
-
-@dataclass(frozen=True)
-class RowGroup:
-    """Constraint rows of one kind that share name, owner and policy."""
-
-    name: str
-    kind: Literal["equality", "inequality", "link"]
-    at: At
-    expression: Expression
-    active: Expression
-    robot: str
-    limb: str
-    implied: bool
-    policy: policies.Policy
-    scale: float
-
-
-@dataclass(frozen=True)
-class CostTerm:
-    """A cost: sum_i weight_i residual_i^2 when `weight` is given, the expression itself if not."""
-
-    name: str
-    at: At
-    expression: Expression
-    weight: Expression | None
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """Next value of a state block: the expression, or the block's own value (+) the expression."""
-
-    expression: Expression
-    is_increment: bool
 
 
 class Module(Protocol):
@@ -165,7 +93,7 @@ class Problem:
         if not (np.isfinite(dt) and dt > 0):
             raise ProblemError(f"dt is {dt!r}; it must be a positive number of seconds")
         self.horizon = checked_horizon(horizon)
-        self.name = _checked_name("problem", name)
+        self.name = checked_name("problem", name)
         self._contents = _Contents()
         self.dt: Expression = self.parameter("dt", default=dt)
 
@@ -227,7 +155,7 @@ class Problem:
         Returns:
             Its symbol, [n] or [r, c].
         """
-        _checked_name("parameter", name)
+        checked_name("parameter", name)
         if name in self._contents.parameters:
             raise ProblemError(f"parameter '{name}' exists already")
         dims = (shape,) if isinstance(shape, int) else tuple(shape)
@@ -285,20 +213,20 @@ class Problem:
         at: At = "running",
     ) -> None:
         """Adds the least-squares cost sum_i weight_i expression_i^2 (no factor 1/2)."""
-        column = _column(f"residual '{name}'", expression)
+        column = checked_column(f"residual '{name}'", expression)
         weights = ca.SX(weight) if not isinstance(weight, ca.SX) else weight
         if weights.numel() == 1:
             weights = ca.repmat(weights, column.numel(), 1)
-        weights = _column(f"residual '{name}' weight", weights, column.numel())
+        weights = checked_column(f"residual '{name}' weight", weights, column.numel())
         self._contents.costs.append(
-            CostTerm(_checked_name("residual", name), _checked_at(name, at), column, weights)
+            CostTerm(checked_name("residual", name), checked_at(name, at), column, weights)
         )
 
     def cost(self, name: str, expression: Expression, at: At = "running") -> None:
         """Adds a general scalar cost, which enters with its exact Hessian; it must be convex."""
-        scalar = _column(f"cost '{name}'", expression, 1)
+        scalar = checked_column(f"cost '{name}'", expression, 1)
         self._contents.costs.append(
-            CostTerm(_checked_name("cost", name), _checked_at(name, at), scalar, None)
+            CostTerm(checked_name("cost", name), checked_at(name, at), scalar, None)
         )
 
     def equality(self, name: str, expression: Expression, **options: Any) -> None:
@@ -393,7 +321,7 @@ class Problem:
         is_quaternion: bool = False,
         chart: Chart | None = None,
     ) -> Expression:
-        _checked_name("block", name)
+        checked_name("block", name)
         if name in self._contents.blocks:
             raise ProblemError(f"block '{name}' exists already")
         if not isinstance(size, int) or size < 1:
@@ -439,16 +367,16 @@ class Problem:
         if kind == "link" and at != "running":
             raise ProblemError(f"link '{name}': at is '{at}'; link rows hold at running knots only")
         for label in filter(None, (robot, limb)):
-            _checked_name(f"{kind} '{name}': owner", label)
+            checked_name(f"{kind} '{name}': owner", label)
         if not (np.isfinite(scale) and scale > 0):
             raise ProblemError(f"{kind} '{name}': scale is {scale}; it must be positive")
         self._contents.rows.append(
             RowGroup(
-                name=_checked_name(kind, name),
+                name=checked_name(kind, name),
                 kind=kind,
-                at=_checked_at(name, at),
-                expression=_column(f"{kind} '{name}'", expression),
-                active=_column(f"{kind} '{name}' active", ca.SX(active), 1),
+                at=checked_at(name, at),
+                expression=checked_column(f"{kind} '{name}'", expression),
+                active=checked_column(f"{kind} '{name}' active", ca.SX(active), 1),
                 robot=robot,
                 limb=limb,
                 implied=implied,
@@ -458,44 +386,13 @@ class Problem:
         )
 
 
-def checked_horizon(horizon: Any) -> int:
-    """A number of intervals; raises ProblemError for anything else."""
-    if not isinstance(horizon, (int, np.integer)) or isinstance(horizon, bool) or horizon < 1:
-        raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
-    return int(horizon)
-
-
-def _checked_name(what: str, name: str) -> str:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise ProblemError(
-            f"{what} name {name!r} must start with a letter and hold letters, digits, _ . -"
-        )
-    return name
-
-
-def _checked_at(name: str, at: str) -> At:
-    if at not in ("running", "terminal", "all"):
-        raise ProblemError(f"'{name}': at is {at!r}; it must be 'running', 'terminal' or 'all'")
-    return at  # type: ignore[return-value]
-
-
 def _resolved(block: Block, value: Deferred | None, increment: Deferred | None) -> Dynamics:
     """Dynamics with functions called and sizes checked."""
     what = f"dynamics('{block.name}')"
     value = value() if callable(value) else value
     if value is not None:
-        return Dynamics(_column(f"{what} value", value, block.size), is_increment=False)
+        return Dynamics(checked_column(f"{what} value", value, block.size), is_increment=False)
     step = increment() if callable(increment) else increment
-    return Dynamics(_column(f"{what} increment", step, block.tangent_size), is_increment=True)
-
-
-def _column(what: str, expression: Any, size: int | None = None) -> Expression:
-    try:
-        column = ca.densify(ca.SX(expression))
-    except (NotImplementedError, TypeError, RuntimeError) as error:
-        raise ProblemError(f"{what} is not a CasADi expression: {expression!r}") from error
-    if column.shape[1] != 1 or column.shape[0] < 1:
-        raise ProblemError(f"{what} has shape {column.shape}; a column vector is needed")
-    if size is not None and column.shape[0] != size:
-        raise ProblemError(f"{what} has {column.shape[0]} rows; {size} are needed")
-    return column
+    return Dynamics(
+        checked_column(f"{what} increment", step, block.tangent_size), is_increment=True
+    )
