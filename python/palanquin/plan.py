@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,23 +80,37 @@ class Plan:
         return self._transcription
 
 
-class _Solver:
-    """What Sqp and Ipopt share: inputs, default policies, guesses."""
+Settings = TypeVar("Settings", _core.SqpSettings, _core.IpoptSettings)
 
-    def __init__(self, lowered: Lowered, horizon: int | None) -> None:
+
+class _Solver(Generic[Settings]):
+    """What Sqp and Ipopt share: settings, default policies, inputs, guesses."""
+
+    _settings_type: type[Settings]
+
+    def __init__(
+        self,
+        lowered: Lowered,
+        settings: Settings | None = None,
+        *,
+        horizon: int | None = None,
+        **options: Any,
+    ) -> None:
         self.lowered = lowered
         self.horizon = checked_horizon(lowered.horizon if horizon is None else horizon)
+        self.settings: Settings = configure(settings or self._settings_type(), **options)
+        self._core = self._make_core()
+        for family, policy in lowered.policies.items():
+            self.set_policy(family, policy)
 
-    _core: Any
+    def _make_core(self) -> Any:
+        """The engine's solver for `lowered`, `horizon` and `settings`."""
+        raise NotImplementedError
 
     def set_policy(self, family: str, policy: Policy) -> None:
         """Changes how an inequality family enters; needs no lowering."""
         stiffness, smoothing = policy.coefficients()
         self._core.set_policy(family, _core.Policy(policy.kind, stiffness, smoothing))
-
-    def _set_default_policies(self) -> None:
-        for family, policy in self.lowered.policies.items():
-            self.set_policy(family, policy)
 
     def _inputs(
         self, parameters: NamedArray, measured: NamedArray | ArrayLike, guess: NamedArray | None
@@ -113,7 +127,7 @@ class _Solver:
         return p, z, np.ascontiguousarray(start)
 
 
-class Sqp(_Solver):
+class Sqp(_Solver[_core.SqpSettings]):
     """The SQP solver of a lowered problem.
 
     Args:
@@ -128,21 +142,13 @@ class Sqp(_Solver):
         ValueError: a setting breaks its rule.
     """
 
-    def __init__(
-        self,
-        lowered: Lowered,
-        settings: _core.SqpSettings | None = None,
-        *,
-        horizon: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(lowered, horizon)
-        self.settings = configure(settings or _core.SqpSettings(), **options)
+    _settings_type = _core.SqpSettings
+    _prepared: tuple[NDArray[np.float64], ...] = ()
+
+    def _make_core(self) -> _core.Sqp:
         is_exact = self.settings.hessian == _core.HessianKind.EXACT
-        library = lowered.library("exact") if is_exact else ""
-        self._core = _core.Sqp(lowered.core, self.horizon, self.settings, library)
-        self._prepared: tuple[NDArray[np.float64], ...] = ()
-        self._set_default_policies()
+        library = self.lowered.library("exact") if is_exact else ""
+        return _core.Sqp(self.lowered.core, self.horizon, self.settings, library)
 
     def solve(
         self,
@@ -267,22 +273,14 @@ class Sqp(_Solver):
         )
 
 
-class Ipopt(_Solver):
+class Ipopt(_Solver[_core.IpoptSettings]):
     """Ipopt on the same lowered problem: the ground truth. Options: fields of `IpoptSettings`."""
 
-    def __init__(
-        self,
-        lowered: Lowered,
-        settings: _core.IpoptSettings | None = None,
-        *,
-        horizon: int | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(lowered, horizon)
-        self.settings = configure(settings or _core.IpoptSettings(), **options)
-        library = lowered.library("nlp")
-        self._core = _core.Ipopt(lowered.core, library, self.horizon, self.settings)
-        self._set_default_policies()
+    _settings_type = _core.IpoptSettings
+
+    def _make_core(self) -> _core.Ipopt:
+        library = self.lowered.library("nlp")
+        return _core.Ipopt(self.lowered.core, library, self.horizon, self.settings)
 
     def solve(
         self,
