@@ -10,7 +10,7 @@ from palanquin.problems.modules.limits import FORCE_UNIT
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.problems.terrains import Terrain
 
-FORCE_FAMILIES = ("normal", "friction")
+FORCE_FAMILIES = ("normal", "friction", "hand")
 FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch", "area", "collision")
 
 
@@ -23,6 +23,8 @@ def build_clm(
     ditches: int | m.Ditches = 0,
     weights: Weights = TABLE_I,
     obstacles: m.Obstacles | None = None,
+    hand_cone: m.WrenchCone | None = None,
+    holds_inputs: bool = False,
 ) -> Problem:
     """The optimal control problem of a team that carries a payload.
 
@@ -38,15 +40,24 @@ def build_clm(
         ditches: how many ditches the problem can hold, or their module with its settings.
         weights: of the costs.
         obstacles: what bodies keep clear of; nothing unless told.
+        hand_cone: limits of the wrench at each hand; none unless told.
+        holds_inputs: whether forces may keep their value for several knots, see
+            `set_input_blocks`.
     """
     problem = Problem(horizon, dt, name=f"clm{len(team.carriers)}")
     payload = problem.add(m.RigidBody("payload", team.payload.mass, team.payload.inertia))
     problem.add(m.Tracking(payload, weights, importance=weights.payload))
     for carrier in team.carriers:
         robot = problem.add(
-            m.ArmedQuadruped(carrier.name, carrier.model, carrier.gait, weights=weights)
+            m.ArmedQuadruped(
+                carrier.name,
+                carrier.model,
+                carrier.gait,
+                weights=weights,
+                holds_inputs=holds_inputs,
+            )
         )
-        problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw))
+        problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw, hand_cone))
     problem.add(m.Terrain(terrain, friction))
     if ditches:
         problem.add(m.Ditches(ditches) if isinstance(ditches, int) else ditches)

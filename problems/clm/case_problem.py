@@ -9,7 +9,7 @@ import numpy as np
 from palanquin.policies import Penalty
 from palanquin.problem import Problem
 from palanquin.problems import quaternions
-from palanquin.problems.clm.build import FORCE_FAMILIES, build_clm, paper_policy
+from palanquin.problems.clm.build import build_clm, paper_policy
 from palanquin.problems.clm.case import Case
 from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import (
@@ -129,7 +129,7 @@ class CaseProblem:
     def policies(self) -> dict[str, Penalty]:
         """The case's penalty by constraint family, in units of our rows."""
         penalty = self.case.penalty
-        families = ["leg", "arm", *FORCE_FAMILIES, *(["ditch"] if self.case.ditches else [])]
+        families = ["leg", "arm", "normal", "friction", *(["ditch"] if self.case.ditches else [])]
         return {f: paper_policy(f, penalty.K, penalty.eps) for f in families}
 
     def _ditch_lines(self) -> list[list[float]]:

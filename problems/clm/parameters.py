@@ -95,3 +95,20 @@ def set_weights(params: Arrays, team: Team, weights: Weights) -> None:
         params[f"{robot}.weight.force"][:] = weights.force
         params[f"{robot}.weight.hand_force"][:] = weights.force
         params[f"{robot}.weight.hand_torque"][:] = weights.torque
+
+
+def set_input_blocks(params: Arrays, team: Team, knots: int) -> None:
+    """Lets forces of feet and hands change at every `knots`-th knot only, from the first one on.
+
+    A foot that lands in between begins with a force of its own. Raises ProblemError for less than
+    one knot, or for a problem that was built without `holds_inputs`.
+    """
+    if not isinstance(knots, int) or knots < 1:
+        raise ProblemError(f"input blocks are {knots!r} knots long; at least 1 is needed")
+    for robot in team.robots:
+        if f"{robot}.hold" not in params:
+            if knots == 1:
+                continue
+            raise ProblemError("inputs cannot be held: build the problem with holds_inputs=True")
+        hold = params[f"{robot}.hold"]
+        hold[:] = np.arange(len(hold)) % knots != 0

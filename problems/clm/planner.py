@@ -19,7 +19,12 @@ from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns, GroundColumns
 from palanquin.problems.clm.footholds import raibert_footholds
-from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
+from palanquin.problems.clm.parameters import (
+    set_contacts,
+    set_input_blocks,
+    set_references,
+    set_terrain,
+)
 from palanquin.problems.clm.references import (
     VELOCITY,
     References,
@@ -70,6 +75,8 @@ class Planner:
             the nearest.
         footholds: reference footholds: "hips" projects the reference pose's hips at every knot, as
             the paper does; "raibert" looks ahead, see `raibert_footholds`.
+        input_blocks: for how many knots forces keep their value; more than 1 needs a problem that
+            `holds_inputs`.
         references: "ground" has each robot follow the ground below it, within its legs' reach,
             "rigid" the whole team move as one body, as in the paper (14).
         restart_after: so many solves in a row without a usable plan are answered by the last plan
@@ -91,6 +98,7 @@ class Planner:
         ditches: ArrayLike = (),
         candidates: int = 1,
         footholds: FootholdRule = "hips",
+        input_blocks: int = 1,
         references: RobotReferences = "ground",
         restart_after: int = 1,
         team: Team | None = None,
@@ -110,6 +118,7 @@ class Planner:
         self.horizon = self.lowered.horizon
         self.params = self.lowered.parameters()
         set_terrain(self.params, self.terrain)
+        set_input_blocks(self.params, self.team, input_blocks)
         self._surroundings = GroundColumns.of(self.lowered, self.team, self.terrain)
         self.dt = float(self.params["dt"][0])
         self._start_from = WarmStart(

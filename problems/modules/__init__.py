@@ -10,6 +10,7 @@ from palanquin.problems.modules.rigid_body import GRAVITY, Body, RigidBody
 from palanquin.problems.modules.terrain import Terrain
 from palanquin.problems.modules.tracking import Tracking
 from palanquin.problems.modules.weights import TABLE_I, Weights
+from palanquin.problems.modules.wrench_cone import WrenchCone
 
 __all__ = [
     "GRAVITY",
@@ -30,4 +31,5 @@ __all__ = [
     "Terrain",
     "Tracking",
     "Weights",
+    "WrenchCone",
 ]

@@ -14,6 +14,7 @@ import casadi as ca
 from palanquin.errors import ProblemError
 from palanquin.problem import Chart, Expression, Problem, Role
 from palanquin.problems.modules.ground import Ground
+from palanquin.problems.modules.held_input import held_input
 from palanquin.problems.modules.limits import REACH_POLICY, smooth_norm
 from palanquin.problems.modules.rigid_body import Body
 
@@ -68,6 +69,7 @@ class Leg:
         reference: reference foothold r_f*, relative to the body's position, world axes, m, [3].
         foothold_weight: W_r, [3].
         force_weight: W_f, [3].
+        hold: flag of knots at which forces keep their value; None where they never do.
     """
 
     body: Body
@@ -79,6 +81,7 @@ class Leg:
     reference: Expression
     foothold_weight: Expression
     force_weight: Expression
+    hold: Expression | None = None
 
     def add_to(self, problem: Problem) -> Foot:
         """Adds blocks, contact consistency, reach and regularisation; returns the foot."""
@@ -92,8 +95,8 @@ class Leg:
             robot=body.name,
             limb=self.limb,
             position=problem.variable(f"{name}.foot", 3, role=role, chart=chart),
-            force=problem.variable(
-                f"{name}.force", 3, role=ca.if_else(contact, Role.INPUT, Role.ABSENT)
+            force=held_input(
+                problem, f"{name}.force", self.hold, exists=contact, existed=self.previous_contact
             ),
             contact=contact,
             touchdown=contact - standing,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palanquin.problem import Problem
+from palanquin.problem import Expression, Problem
 from palanquin.problems import checks
 from palanquin.problems.gaits import Gait
 from palanquin.problems.modules.leg import Foot, Leg
@@ -16,7 +16,9 @@ from palanquin.problems.robots import FEET, Arm, QuadrupedModel, SingleRigidBody
 
 @dataclass(frozen=True, eq=False)
 class Quadruped:
-    """Handle of a quadruped: its body, its feet (LF, RF, LH, RH) and what it was made from."""
+    """Handle of a quadruped: its body, its feet (LF, RF, LH, RH) and what it was made from; `hold`
+    is the flag of knots at which its inputs keep their value, if they may.
+    """
 
     name: str
     body: Body
@@ -24,6 +26,7 @@ class Quadruped:
     model: SingleRigidBody
     weights: Weights
     gait: Gait | None
+    hold: Expression | None = None
 
 
 class ArmedQuadruped:
@@ -40,6 +43,8 @@ class ArmedQuadruped:
         gait: gait that planners give it unless told otherwise.
         arm: "massless" as in the paper, or "dynaarm" with the arm's inertia; for robots.
         weights: default weights.
+        holds_inputs: whether forces of feet and hand may keep their value for several knots: adds
+            the flag `<name>.hold`, which must be 0 at the first knot.
     """
 
     def __init__(
@@ -49,11 +54,13 @@ class ArmedQuadruped:
         gait: Gait | None = None,
         arm: Arm = "massless",
         weights: Weights = TABLE_I,
+        holds_inputs: bool = False,
     ) -> None:
         self.name = name
         self.model = model.single_rigid_body(arm) if isinstance(model, QuadrupedModel) else model
         self.gait = gait
         self.weights = weights
+        self.holds_inputs = holds_inputs
         checks.positive(f"{name}.leg_length", self.model.leg_length)
         checks.positive(f"{name}.arm_length", self.model.arm_length)
         checks.array(f"{name}.hips", self.model.hips, 4, 3)
@@ -72,6 +79,7 @@ class ArmedQuadruped:
         reference = problem.parameter(f"{name}.reference.footholds", (4, 3), below)
         foothold_weight = problem.parameter(f"{name}.weight.foothold", 3, weights.foothold)
         force_weight = problem.parameter(f"{name}.weight.force", 3, weights.force)
+        hold = problem.parameter(f"{name}.hold") if self.holds_inputs else None
         feet = tuple(
             problem.add(
                 Leg(
@@ -84,8 +92,9 @@ class ArmedQuadruped:
                     reference=reference[f, :].T,
                     foothold_weight=foothold_weight,
                     force_weight=force_weight,
+                    hold=hold,
                 )
             )
             for f, limb in enumerate(FEET)
         )
-        return Quadruped(name, body, feet, model, weights, self.gait)
+        return Quadruped(name, body, feet, model, weights, self.gait, hold)

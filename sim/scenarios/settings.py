@@ -13,6 +13,7 @@ from palanquin.problems.clm.build import FAMILIES
 from palanquin.problems.clm.planner import FootholdRule
 from palanquin.problems.clm.references import RobotReferences
 from palanquin.problems.modules.weights import TABLE_I, Weights
+from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.schema import NonNegative, Positive, Strict
 from palanquin.sim.scenarios.vectors import Vector
 
@@ -84,6 +85,19 @@ def _require_families(penalties: dict[str, PenaltySettings]) -> dict[str, Penalt
     return penalties
 
 
+class HandCone(Strict):
+    """A gripper's limits; see `palanquin.problems.modules.WrenchCone`."""
+
+    grip: Positive = Field(WrenchCone.grip, description="clamping force, N")
+    friction: Positive = Field(WrenchCone.friction, description="coefficient of the pads")
+    torsion: Positive = Field(WrenchCone.torsion, description="moment about the normal per N, m")
+    half_size: Positive = Field(WrenchCone.half_size, description="half of the pads' side, m")
+
+    def cone(self) -> WrenchCone:
+        """As the problem takes it."""
+        return WrenchCone(**dict(self))
+
+
 class PlannerSettings(Strict):
     """How the motion is planned."""
 
@@ -107,6 +121,12 @@ class PlannerSettings(Strict):
     footholds: FootholdRule = Field(
         "hips",
         description="references: below the hips, as in the paper, or half a stance ahead",
+    )
+    input_blocks: Annotated[int, Field(ge=1, le=200)] = Field(
+        1, description="for how many knots forces keep their value"
+    )
+    hand_cone: HandCone | None = Field(
+        None, description="limits of the wrench at each hand; none unless told"
     )
     clearance: NonNegative = Field(
         0.03, description="that bodies keep from obstacles and from each other, m"

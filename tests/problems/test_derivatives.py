@@ -27,6 +27,7 @@ PROBLEMS = {
             3, (0.08, 2.0, 0.06), [box((0.3, -0.2), (1.0, 0.4), 0.7, 0.8), cylinder((0.2, 1), 0.3)]
         )
     },
+    "hand cones": {"hand_cone": m.WrenchCone(), "holds_inputs": True},
     "height map": {"terrain": HeightMap(np.random.default_rng(0).uniform(-0.1, 0.1, (9, 12)))},
 }
 
