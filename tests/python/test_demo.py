@@ -167,6 +167,14 @@ def test_bad_options_are_refused(tmp_path, arguments, message):
     assert message in " ".join(result.output.split())
 
 
+def test_help_is_about_scenarios_and_names_the_other_demos():
+    result = CliRunner().invoke(app, ["demo", "--help"])
+    assert result.exit_code == 0
+    assert "demo  [OPTIONS] {NAME|FILE}" in result.output
+    assert "--velocity" in result.output
+    assert "demo bar --help" in " ".join(result.output.split())
+
+
 def test_an_unknown_scenario_is_refused(tmp_path):
     result = CliRunner().invoke(app, ["demo", "fly", "--out", str(tmp_path)])
     assert result.exit_code == 2

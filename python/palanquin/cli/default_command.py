@@ -17,3 +17,13 @@ class DefaultCommandGroup(TyperGroup):
         if not args or args[0] not in self.commands:
             args = [DEFAULT, *args]
         return super().parse_args(ctx, args)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The default command goes by the group's own name, and its help tells of the others."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if name == DEFAULT and command is not None:
+            others = [f"`{ctx.command_path} {other} --help`" for other in self.commands]
+            others.remove(f"`{ctx.command_path} {DEFAULT} --help`")
+            command.epilog = f"There is also {', '.join(others)}." if others else None
+            name = ""
+        return name, command, rest
