@@ -34,3 +34,11 @@ def test_a_mixed_team_walks_within_its_limits(gait, robots):
     bodies = rollout.x.reshape(len(rollout.time), -1, 13)
     lengths = leg_lengths(scenario.team, bodies, rollout.feet)
     assert (lengths - leg_limits(scenario.team)[:, None]).max() < 1e-3
+
+
+def test_a_foot_that_lifts_off_stretched_keeps_within_reach():
+    # From where it stood, on its reach's limit, a plan's step took it 4 cm beyond.
+    scenario = with_robots(open_scenario("trot"), 2)
+    members = [{**dict(robot), "gait": "crawl"} for robot in scenario.robots]
+    rollout = run_scenario(scenario.changed(robots=members, duration=1.5))
+    assert rollout.violation["leg"].max() < 1e-3
