@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from palanquin.benchmarks.clm_paper.criteria import ALWAYS, CROSSING, HELD, REACH, Criterion
 from palanquin.benchmarks.clm_paper.figures_of_runs import (
     Row,
     deepest_foothold,
@@ -19,20 +20,6 @@ from palanquin.sim.rollout import Rollout
 from palanquin.sim.scenarios import Scenario, open_scenario
 
 Measure = Callable[[Scenario, Rollout], Row]
-
-
-@dataclass(frozen=True)
-class Criterion:
-    """One thing that a run must show: `holds` says so of its row, `words` and `value` to a reader.
-
-    `value` takes the number to print out of a row, in the unit that `words` names; small ones are
-    good unless `more_is_better`.
-    """
-
-    words: str
-    value: Callable[[Row], float]
-    holds: Callable[[Row], bool]
-    more_is_better: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,21 +56,14 @@ def planned(scenario: Scenario, **settings: Any) -> Scenario:
     return scenario.changed(planner={**dict(scenario.planner), **settings})
 
 
-def at_most(words: str, value: Callable[[Row], float], limit: float) -> Criterion:
-    """A criterion that a value is at most `limit`."""
-    return Criterion(f"{words} (at most {limit:g})", value, lambda row: value(row) <= limit)
+OTHER_GAITS = {"pace": 0.4, "pronk": 0.4, "bound": 0.3, "crawl": 0.15}
+"""In which ditches are crossed too, and how fast, m/s."""
 
+COURSE = 7.2
+"""How far the payload goes, m: until the hind feet are past the last ditch."""
 
-COMPLETED = Criterion(
-    "completed without a fall",
-    lambda row: float(row["completed"]),
-    lambda row: row["completed"],
-    more_is_better=True,
-)
-ON_TIME = at_most("plans later than the period", lambda row: len(row["late"]), 0)
-USABLE = at_most("solves without a usable plan", lambda row: len(row["fallbacks"]), 0)
-REACH = at_most("leg over its limit, mm", lambda row: 1e3 * row["violation"]["leg"], 1.0)
-ALWAYS = (COMPLETED, USABLE, ON_TIME)
+OTHER_SEEDS = 5
+"""How many courses in each of them."""
 
 
 def paper_experiments() -> tuple[Experiment, ...]:
@@ -95,17 +75,7 @@ def paper_experiments() -> tuple[Experiment, ...]:
             "A push of 164 N for 0.8 s",
             push,
             _measure_push,
-            (
-                *ALWAYS,
-                at_most("payload moved, cm", lambda row: 1e2 * row["payload_shift_m"], 5.0),
-                at_most("roll or pitch, deg", lambda row: row["lean_deg"], 30.0),
-                Criterion(
-                    "step of the other robot towards the payload, cm (more than 1)",
-                    lambda row: 1e2 * row["step_towards_payload_m"],
-                    lambda row: row["step_towards_payload_m"] > 0.01,
-                    more_is_better=True,
-                ),
-            ),
+            HELD,
         ),
         Experiment(
             "push-printed",
@@ -114,31 +84,27 @@ def paper_experiments() -> tuple[Experiment, ...]:
             _measure_push,
             seeds=1,
         ),
-        Experiment(
-            "ditch",
-            "12 random ditches up to 32 cm wide",
-            ditch,
-            _measure_ditch,
-            (
-                *ALWAYS,
-                Criterion(
-                    "last hind foot past the last ditch",
-                    lambda row: float(row["is_across"]),
-                    lambda row: row["is_across"],
-                    more_is_better=True,
-                ),
-                at_most(
-                    "foothold inside a ditch, mm", lambda r: 1e3 * r["deepest_foothold_m"], 1.0
-                ),
-                at_most(
-                    "payload's error, cm rms",
-                    lambda row: 1e2 * row["payload_position_error_m"]["rms"],
-                    5.0,
-                ),
-            ),
-        ),
+        Experiment("ditch", "12 random ditches up to 32 cm wide", ditch, _measure_ditch, CROSSING),
+        *(_in_gait(ditch, gait, speed) for gait, speed in OTHER_GAITS.items()),
         *_ramps("ramp", "The ramp of 38.7 degrees, climbed"),
         *_ramps("ramp-down", "The ramp, descended"),
+    )
+
+
+def _in_gait(ditch: Scenario, gait: str, speed: float) -> Experiment:
+    """The courses of ditches in another gait, as far as in the scenario's own."""
+    scenario = ditch.changed(
+        robots=[{**dict(robot), "gait": gait} for robot in ditch.robots],
+        command={"type": "velocity", "steps": [{"vx": speed}]},
+        duration=COURSE / speed,
+    )
+    return Experiment(
+        f"ditch-{gait}",
+        f"The same, {gait} at {speed:g} m/s",
+        scenario,
+        _measure_ditch,
+        CROSSING,
+        OTHER_SEEDS,
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from palanquin.benchmarks.clm_paper.experiments import Criterion
+from palanquin.benchmarks.clm_paper.criteria import Criterion
 from palanquin.benchmarks.clm_paper.figures_of_runs import Row
 from palanquin.benchmarks.clm_paper.seeds import Runs
 from palanquin.benchmarks.clm_paper.slopes import REACH, SLIP

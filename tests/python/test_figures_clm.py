@@ -7,15 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from palanquin.benchmarks.clm_paper import figures_of_runs as figures
+from palanquin.benchmarks.clm_paper.criteria import REACH, USABLE, at_most
 from palanquin.benchmarks.clm_paper.ditch_picture import draw_ditches, footholds
-from palanquin.benchmarks.clm_paper.experiments import (
-    REACH,
-    USABLE,
-    Experiment,
-    at_most,
-    paper_experiments,
-    planned,
-)
+from palanquin.benchmarks.clm_paper.experiments import Experiment, paper_experiments, planned
 from palanquin.benchmarks.clm_paper.push_picture import draw_push
 from palanquin.benchmarks.clm_paper.ramp_picture import draw_ramp, draw_reach
 from palanquin.benchmarks.clm_paper.rates import feedback_times, team_scenarios
