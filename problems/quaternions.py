@@ -95,16 +95,9 @@ def rotation_vector(q: np.ndarray) -> np.ndarray:
     return 2 * q[..., 1:] / np.sinc(angle / (2 * np.pi))
 
 
-def tilt_to(normal: np.ndarray) -> np.ndarray:
-    """Smallest rotation that takes the z axis to the unit vectors `normal` (z component > -1)."""
-    n = np.asarray(normal, dtype=float)
-    q = np.stack([1 + n[..., 2], -n[..., 1], n[..., 0], np.zeros_like(n[..., 0])], axis=-1)
-    return q / np.linalg.norm(q, axis=-1, keepdims=True)
-
-
 def on_slope(slope: np.ndarray, yaw: np.ndarray) -> np.ndarray:
-    """Headings `yaw` [...] tilted by the smallest rotation onto ground of `slope` (dz/dx, dz/dy)
-    [..., 2]: `tilt_to` its normal after `from_yaw`, in closed form.
+    """Headings `yaw` [...], rad, tilted onto ground of `slope` (dz/dx, dz/dy) [..., 2]: a turn by
+    `yaw` about z, then the smallest rotation that takes z to the ground's normal.
     """
     cos, sin = np.cos(yaw / 2), np.sin(yaw / 2)
     # With the normal's n_z = 1 / l the tilt is (h, s_y, -s_x, 0) with h and s scaled by h as below.

@@ -156,7 +156,7 @@ def rigid_motion(team: Team, terrain: Terrain, path: PayloadPath, command: Veloc
     states[:, 0, ORIENTATION] = orientation
     states[:, 1:, ORIENTATION] = quaternions.multiply(orientation[:, None], turns)
     states[..., VELOCITY] = velocities @ to_world  # (14b)
-    states[..., 12] = command.wz  # (14c)
+    states[..., 12] = command.wz  # (14c): robots are turned about the payload's z axis only
     return states
 
 

@@ -49,13 +49,33 @@ def test_exponential(scale):
     np.testing.assert_allclose(quaternions.from_rotation_vector(v), expected, atol=1e-14)
 
 
-def test_tilt_is_the_smallest_rotation_onto_the_normal():
-    n = np.array([0.3, -0.2, 0.933])
-    n /= np.linalg.norm(n)
-    q = quaternions.tilt_to(n)
-    np.testing.assert_allclose(quaternions.rotate(q, [0, 0, 1]), n, atol=1e-14)
-    assert q[3] == 0  # no turn about z
-    assert 2 * np.arccos(q[0]) == pytest.approx(np.arccos(n[2]))
+def test_products_agree_with_matrices(random_pair):
+    q, _ = random_pair
+    product = scipy_rotation(quaternions.multiply(q[:-1], q[1:])).as_matrix()
+    np.testing.assert_allclose(
+        product, quaternions.matrix(q[:-1]) @ quaternions.matrix(q[1:]), atol=1e-14
+    )
+    np.testing.assert_allclose(quaternions.matrix(q), scipy_rotation(q).as_matrix(), atol=1e-14)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-9, 1.0, 3.0])
+def test_rotation_vectors_are_recovered(scale):
+    v = scale * np.array([0.36, -0.48, 0.8])
+    q = quaternions.from_rotation_vector(v)
+    np.testing.assert_allclose(quaternions.rotation_vector(q), v, atol=1e-14)
+    np.testing.assert_allclose(quaternions.rotation_vector(-q), v, atol=1e-14)
+
+
+def test_headings_lie_on_the_slope_by_the_smallest_tilt():
+    slope, yaw = np.array([[0.3, -0.2], [0.0, 0.0], [-1.0, 2.0]]), np.array([0.0, 2.0, -1.5])
+    normal = np.column_stack([-slope, np.ones(3)])
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    tilt = quaternions.on_slope(slope, np.zeros(3))
+    np.testing.assert_allclose(quaternions.rotate(tilt, [0, 0, 1]), normal, atol=1e-14)
+    np.testing.assert_array_equal(tilt[:, 3], 0)  # no turn about z
+    np.testing.assert_allclose(2 * np.arccos(tilt[:, 0]), np.arccos(normal[:, 2]), atol=1e-14)
+    turned = quaternions.multiply(tilt, quaternions.from_yaw(yaw))
+    np.testing.assert_allclose(quaternions.on_slope(slope, yaw), turned, atol=1e-14)
 
 
 def test_yaw_is_recovered():
