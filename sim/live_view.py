@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from palanquin.sim.closed_loop import Tick
 from palanquin.sim.live_swing import LiveFeet
-from palanquin.sim.overlay import METRES_PER_NEWTON
+from palanquin.sim.overlay import METRES_PER_NEWTON, PUSH_METRES_PER_NEWTON, PUSH_OFFSET
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, robot_colour
 from palanquin.sim.rerun_blueprint import live_blueprint
 from palanquin.sim.rerun_log import rgba
@@ -103,9 +103,11 @@ class LiveView:
         strips = rr.LineStrips3D([paths[:, 0]], radii=0.006, colors=rgba(PAYLOAD_PLAN))
         self._recording.log("plan/payload", strips)
         for path, push, body in zip(self._bodies, tick.wrenches, tick.state.bodies, strict=True):
-            vectors = METRES_PER_NEWTON * push[None, :3] if push[:3].any() else np.empty((0, 3))
-            origins = np.tile(body[:3], (len(vectors), 1))
-            pushes = rr.Arrows3D(origins=origins, vectors=vectors, colors=rgba(PUSH))
+            vectors = (
+                PUSH_METRES_PER_NEWTON * push[None, :3] if push[:3].any() else np.empty((0, 3))
+            )
+            origins = np.tile(body[:3] + PUSH_OFFSET, (len(vectors), 1))
+            pushes = rr.Arrows3D(origins=origins, vectors=vectors, radii=0.012, colors=rgba(PUSH))
             self._recording.log(f"world/{path}/push", pushes)
         standing = plan.contacts[0]
         landing = plan.contacts[1:-1] & ~plan.contacts[:-2]

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from palanquin.problems.robots import FEET
 from palanquin.sim.interpolation import rotate
 from palanquin.sim.kinematic import KinematicTrajectory
-from palanquin.sim.overlay import METRES_PER_NEWTON, planned_touchdowns
+from palanquin.sim.overlay import (
+    METRES_PER_NEWTON,
+    PUSH_METRES_PER_NEWTON,
+    PUSH_OFFSET,
+    planned_touchdowns,
+)
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.rerun_blueprint import blueprint
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
@@ -81,10 +86,11 @@ def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
         held = np.ones(len(rollout.time), dtype=bool)
         send_arrows(recording, path, ticks, hand, rollout.hand_wrench[:, i, :3], held)
     for b, name in enumerate(["payload", *(robot.name for robot in rollout.team.robots)]):
-        push, centre = rollout.disturbance[:, b, :3], rollout.x[:, 13 * b : 13 * b + 3]
+        push = rollout.disturbance[:, b, :3] * (PUSH_METRES_PER_NEWTON / METRES_PER_NEWTON)
+        start = rollout.x[:, 13 * b : 13 * b + 3] + PUSH_OFFSET
         pushed: NDArray[np.bool_] = np.linalg.norm(push, axis=1) > 0
         if pushed.any():
-            send_arrows(recording, f"world/{name}/push", ticks, centre, push, pushed, PUSH)
+            send_arrows(recording, f"world/{name}/push", ticks, start, push, pushed, PUSH)
 
 
 def send_arrows(
