@@ -11,6 +11,12 @@ from palanquin.plan import Sqp, Status
 from palanquin.problem import Problem
 from palanquin.problems.layered.robot import LIMBS
 
+# Stiffness of the acceleration row within the Riccati recursion, over the Hessian's largest entry.
+# That is the weight of a rotation, 1e10 times that of a force: the solver's default of 1e6 besides
+# leaves pivots of rounding errors where several friction rows are active; below 1e2 refining stalls
+# where R_lambda is large.
+_EQUALITY_WEIGHT = 1e4
+
 
 class LinearMpc:
     """A lowered problem with its solver and its arrays, laid out once.
@@ -28,8 +34,10 @@ class LinearMpc:
     def __init__(self, problem: Problem, qp: str = "multipliers", **options: Any) -> None:
         self.lowered = problem.lower()
         self.params = self.lowered.parameters()
+        options = {"max_iterations": 1, "globalize": False, **options}
         options.setdefault("subproblem", {"max_inner_iterations": 1})
-        self.sqp = Sqp(self.lowered, qp=qp, max_iterations=1, globalize=False, **options)
+        options.setdefault("qp_settings", {"structured": {"equality_weight": _EQUALITY_WEIGHT}})
+        self.sqp = Sqp(self.lowered, qp=qp, **options)
         self.guess = self.lowered.trajectory().values.copy()
         self._places = self.lowered.wrap(np.arange(self.guess.shape[1], dtype=float))
 
@@ -64,9 +72,9 @@ class LinearMpc:
         """Why the last solve stopped."""
         return self.sqp.message
 
-    def linearisation(self, knot: int = 0) -> Any:
-        """The QP's stage at a knot, for what stands in `params` and `guess`."""
+    def linearise(self) -> _core.StageQp:
+        """The QP for what stands in `params` and `guess`, valid until the next one."""
         transcription = self.sqp.transcription
         transcription.set_parameters(self.params.values)
         transcription.set_measured(self.guess[0])
-        return _core.linearize(transcription, self.guess).stage(knot)
+        return _core.linearize(transcription, transcription.project(self.guess))

@@ -161,10 +161,11 @@ class Plant:
         R = [ca.SX.sym(f"R{i}", 3, 3) for i in robots]
         wrench = [ca.SX.sym(f"f{i}", 6) for i in robots]
         motions = [Motion(r[i], R[i], v[i], w[i]) for i in robots]
-        mass = ca.diagcat(*(
-            ca.diag(ca.vertcat(*[m] * 3, *inertia))
+        inertias = [
+            ca.SX([m] * 3 + list(inertia))
             for m, inertia in zip(self.team.masses, self.team.inertias, strict=True)
-        ))  # fmt: skip
+        ]
+        mass = ca.diag(ca.vertcat(*inertias))
         force = []
         for i, m, inertia in zip(robots, self.team.masses, self.team.inertias, strict=True):
             gyroscopic = ca.cross(w[i], ca.DM(inertia) * w[i])
@@ -187,19 +188,19 @@ class Plant:
 
     def _rows_of(self, bar: Bar, motions: list[Motion]) -> tuple[ca.SX, ca.SX]:
         """A bar's Jacobian [rows, 6 M] and the part of psi'' that has no accelerations, [rows]."""
-        holonomic = Holonomic(bar.value, 2, ca.DM(bar.constants()))
+        holonomic = Holonomic(bar.value, 2, ca.SX(bar.constants()))
         ends = [motions[i] for i in bar.robots]
         J = ca.SX(bar.rows, self._size)
         for i, (linear, angular) in zip(bar.robots, holonomic.jacobians(ends), strict=True):
             J[:, 6 * i : 6 * i + 6] = ca.horzcat(linear, angular)
-        zero = [ca.DM.zeros(3)] * 2
+        zero = [ca.SX.zeros(3)] * 2
         return J, holonomic.acceleration(ends, zero, zero)
 
     def _point_on(self, bar: Bar, place: float, motions: list[Motion]) -> tuple[ca.SX, ca.SX]:
         """Jacobian [3, 6 M] of a point on a bar, and its acceleration at no accelerations."""
         J, drift = ca.SX(3, self._size), ca.SX.zeros(3)
         for i, d, share in zip(bar.robots, bar.attach, (1 - place, place), strict=True):
-            arm, R, w = ca.DM(np.asarray(d)), motions[i].rotation, motions[i].angular_velocity
+            arm, R, w = ca.SX(np.asarray(d)), motions[i].rotation, motions[i].angular_velocity
             J[:, 6 * i : 6 * i + 6] = share * ca.horzcat(ca.DM.eye(3), -R @ hat(arm))
             drift += share * R @ ca.cross(w, ca.cross(w, arm))
         return J, drift

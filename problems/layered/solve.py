@@ -87,7 +87,7 @@ def linearisation(case: LayeredCase) -> dict[str, Any]:
     everywhere = np.ones_like(case.contacts())
     planner.linearize_at(case.states(), everywhere, case.desired())
     planner.mpc.params["bar1.hard"] = 1.0
-    stage = planner.mpc.linearisation()
+    stage = planner.mpc.linearise().stage(0)
     F, E = stage.dynamics, stage.equality_jacobian
     z = planner.mpc.guess[0]
     columns = [*planner.state_columns.ravel(), *planner.force_columns.ravel(), *planner.bar_columns]

@@ -9,7 +9,7 @@ import numpy as np
 
 from palanquin.problems import gaits
 from palanquin.problems.layered.interconnected import Team
-from palanquin.problems.layered.planner import Desired, Planner, RobotStates
+from palanquin.problems.layered.planner import Desired, LayeredPlan, Planner, RobotStates
 from palanquin.problems.layered.plant import Payload, Plant
 
 HEIGHT = 0.26  # of the standing robot's centre of mass, m
@@ -99,7 +99,12 @@ def standing(team: Team) -> RobotStates:
     return RobotStates(position, still, np.tile(np.eye(3), (team.robots, 1, 1)), still, feet)
 
 
-def run_walk(planner: Planner, walk: Walk, team: Team | None = None) -> WalkLog:
+def run_walk(
+    planner: Planner,
+    walk: Walk,
+    team: Team | None = None,
+    watch: Callable[[LayeredPlan], None] | None = None,
+) -> WalkLog:
     """Runs a walk until its end or a fall.
 
     Args:
@@ -107,6 +112,7 @@ def run_walk(planner: Planner, walk: Walk, team: Team | None = None) -> WalkLog:
         walk: what is asked.
         team: the plant's robots and bars, the planner's own unless told (the nominal planner's team
             has no bars).
+        watch: called with every plan.
     """
     team = team or planner.team
     plant = Plant(team, tuple(walk.payload for _ in team.bars))
@@ -129,6 +135,8 @@ def run_walk(planner: Planner, walk: Walk, team: Team | None = None) -> WalkLog:
         wanted[:, :2] = _leashed(wanted[:, :2] + dt * velocity[:, :2], state.position[:, :2])
         contacts = np.broadcast_to(flags[:, None], (horizon + 1, team.robots, 4))
         plan = planner.plan(time, state, contacts, Desired(wanted.copy(), velocity))
+        if watch is not None:
+            watch(plan)
         push = np.broadcast_to(walk.pushes(time) if moving else 0.0, (team.robots, 3))
         state = plant.advance(state, plan.forces, push, dt)
         samples.append((
@@ -140,8 +148,22 @@ def run_walk(planner: Planner, walk: Walk, team: Team | None = None) -> WalkLog:
         if has_fallen(state):
             fell_at = time + dt
             break
-    columns = [np.array(column) for column in zip(*samples, strict=True)]
-    return WalkLog(*columns, error, fell_at, planner.events, command)
+    times, positions, velocities, tilts, estimates, multipliers, solve_ms = (
+        np.array(column) for column in zip(*samples, strict=True)
+    )
+    return WalkLog(
+        times=times,
+        positions=positions,
+        velocities=velocities,
+        tilts=tilts,
+        estimates=estimates,
+        multipliers=multipliers,
+        solve_ms=solve_ms,
+        length_error=error,
+        fell_at=fell_at,
+        events=planner.events,
+        desired=command,
+    )
 
 
 def has_fallen(state: RobotStates) -> bool:

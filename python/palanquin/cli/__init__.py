@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import typer
 
-from palanquin.cli import bench, campaign, demo, figures, scenario
+from palanquin.cli import bench, bench_holonomic, campaign, demo, figures, scenario
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
 
@@ -22,6 +22,7 @@ app.command()(solve)
 app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")
+bench.app.command("holonomic")(bench_holonomic.holonomic)
 app.add_typer(bench.app, name="bench")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")

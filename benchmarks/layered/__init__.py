@@ -1,0 +1,1 @@
+"""The layered paper's reduced-order experiments, measured here."""

@@ -1,0 +1,139 @@
+"""Figures 8, 9, 22 and 23 of Kim et al. on the reduced-order plant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid
+from palanquin.problems.layered import VARIANTS, DistributedPlanner, LinkSettings, Team
+from palanquin.problems.layered.plant import Payload
+from palanquin.problems.layered.walk import Walk, WalkLog, run_walk
+
+mpl.use("Agg")
+
+_BIASES = (48.0, 58.0)  # N/m, Figure 23
+_BIAS_START = 1.0  # s
+# Multipliers agree when, over the last seconds, they differ by less than this on average.
+_AGREED, _LATE = 5.0, 2.0  # N/m, s
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure's file, and what it shows in numbers."""
+
+    file: Path
+    numbers: dict[str, Any]
+
+
+def draw_all(folder: Path, weights: str, duration: float) -> Iterator[Drawn]:
+    """Runs and draws all figures with the given weights."""
+    for draw in (draw_figure8, draw_figure9, draw_figure22, draw_figure23):
+        yield draw(folder, weights, duration)
+
+
+def draw_figure8(folder: Path, weights: str, duration: float) -> Drawn:
+    """Desired and actual velocities: nominal without payload, the others with 5 kg."""
+    logs = {
+        f"{name} ({payload:g} kg)": run_walk(
+            PLANNERS[name](Team(), VARIANTS[weights]), Walk(duration, payload=Payload(payload)),
+            Team(),
+        )
+        for name, payload in (("nominal", 0.0), ("centralized", 5.0), ("distributed", 5.0))
+    }  # fmt: skip
+    figure = Figure(figsize=(12, 3.4), layout="constrained")
+    for axis, (name, log) in zip(figure.subplots(1, 3, sharey=True), logs.items(), strict=True):
+        _plot_velocities(axis, log, name)
+    return _save(
+        figure, folder, f"figure8-{weights}", {n: _summary(log) for n, log in logs.items()}
+    )
+
+
+def draw_figure9(folder: Path, weights: str, duration: float) -> Drawn:
+    """Unequal commands, 0.15 and 0 m/s: velocities, and where the robots go."""
+    velocity = np.array([[0.15, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    log = run_walk(DistributedPlanner(Team(), VARIANTS[weights]), Walk(duration, velocity), Team())
+    figure = Figure(figsize=(9, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    _plot_velocities(left, log, "distributed, commands 0.15 and 0 m/s")
+    for i in range(2):
+        right.plot(log.positions[:, i, 0], log.positions[:, i, 1], label=f"robot {i + 1}")
+    right.set(xlabel="x (m)", ylabel="y (m)", title="centres of mass", aspect="equal")
+    right.legend()
+    return _save(figure, folder, f"figure9-{weights}", {"distributed": _summary(log)})
+
+
+def draw_figure22(folder: Path, weights: str, duration: float) -> Drawn:
+    """Both robots' estimates of the multiplier, and the plant's, under a slow load."""
+    walk = Walk(duration, payload=Payload(5.0), pushes=lambda t: 0.5 * sinusoid(20.0)(0.2 * t))
+    log = run_walk(DistributedPlanner(Team(), VARIANTS[weights]), walk, Team())
+    figure = Figure(figsize=(7, 3.4), layout="constrained")
+    axis = figure.subplots()
+    _plot_estimates(axis, log)
+    axis.set_title("distributed, 5 kg, sinusoids of 10 N and 2 to 5 s")
+    numbers = _summary(log) | {"disagreement_n_per_m": _disagreement(log)}
+    return _save(figure, folder, f"figure22-{weights}", {"distributed": numbers})
+
+
+def draw_figure23(folder: Path, weights: str, duration: float) -> Drawn:
+    """A constant bias in what robot 2 hears of robot 1's multiplier, from 1 s on."""
+    figure = Figure(figsize=(11, 3.4), layout="constrained")
+    numbers = {}
+    for axis, bias in zip(figure.subplots(1, 2), _BIASES, strict=True):
+        settings = VARIANTS[weights]
+        links = {(0, 1): LinkSettings(bias=bias, bias_from=round(_BIAS_START / settings.dt))}
+        log = run_walk(DistributedPlanner(Team(), settings, links=links), Walk(duration), Team())
+        _plot_estimates(axis, log)
+        axis.axvline(_BIAS_START, color="gray", linestyle=":")
+        axis.set_title(f"bias {bias:g} N/m from {_BIAS_START:g} s on")
+        gap = _disagreement(log)
+        numbers[f"bias {bias:g} N/m"] = _summary(log) | {
+            "disagreement_n_per_m": gap, "agree": bool(log.survived and gap < _AGREED),
+        }  # fmt: skip
+    return _save(figure, folder, f"figure23-{weights}", numbers)
+
+
+def _plot_velocities(axis: Any, log: WalkLog, title: str) -> None:
+    for i, colour in enumerate(("tab:blue", "tab:red")):
+        axis.plot(log.times, log.velocities[:, i, 0], color=colour, label=f"robot {i + 1}")
+        axis.axhline(log.desired[i, 0], color=colour, linestyle="--", linewidth=1)
+    if log.fell_at is not None:
+        axis.axvline(log.fell_at, color="black", label="fall")
+    axis.set(xlabel="time (s)", ylabel="forward velocity (m/s)", title=title, ylim=(-0.5, 0.8))
+    axis.legend(loc="lower right")
+
+
+def _plot_estimates(axis: Any, log: WalkLog) -> None:
+    for i in range(log.estimates.shape[1]):
+        axis.plot(log.times, log.estimates[:, i, 0], label=f"robot {i + 1}'s estimate")
+    axis.plot(log.times, log.multipliers[:, 0], color="gray", linewidth=0.7, label="plant")
+    axis.set(xlabel="time (s)", ylabel="multiplier (N/m)")
+    axis.legend(loc="lower right")
+
+
+def _disagreement(log: WalkLog) -> float:
+    late = log.times >= log.times[-1] - _LATE
+    return float(np.abs(log.estimates[late, 0, 0] - log.estimates[late, 1, 0]).mean())
+
+
+def _summary(log: WalkLog) -> dict[str, Any]:
+    error = (log.velocities - log.desired)[log.times >= 2.0][..., :2]
+    return {
+        "fell_at_s": log.fell_at,
+        "velocity_error_rms": float(np.sqrt(np.mean(error**2))) if error.size else None,
+        "tilt_max_deg": float(np.degrees(log.tilts.max())),
+        "length_error_m": log.length_error,
+        "failures": len(log.events),
+    }
+
+
+def _save(figure: Figure, folder: Path, name: str, numbers: Mapping[str, Any]) -> Drawn:
+    file = folder / f"{name}.png"
+    figure.savefig(file, dpi=110)
+    return Drawn(file, dict(numbers))

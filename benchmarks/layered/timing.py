@@ -1,0 +1,199 @@
+"""How long the layered planners take, and other solvers on the same QPs."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from palanquin import _core
+from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid
+from palanquin.benchmarks.peers.equality_qp import equality_qp
+from palanquin.problems.layered import DistributedPlanner, LayeredPlan, Planner, Team
+from palanquin.problems.layered.centralized import CentralizedPlanner
+from palanquin.problems.layered.linear_mpc import LinearMpc
+from palanquin.problems.layered.plant import Payload
+from palanquin.problems.layered.walk import Walk, run_walk
+
+# Kim et al., V-A.3, on an i7-10750H at 2.60 GHz; the nominal planner's time is not given.
+PAPER_MS = {"centralized": 1.38, "distributed": 0.41}
+PEERS = ("piqp", "osqp", "proxqp", "daqp")
+
+# Accuracy that is asked of OSQP inside the loop; the others have their defaults.
+_LOOP_OPTIONS: dict[str, dict[str, Any]] = {"multipliers": {}, "osqp": {}}
+
+
+@dataclass
+class Times:
+    """Milliseconds of one variant, sample by sample."""
+
+    build: list[float] = field(default_factory=list)
+    solve: list[float] = field(default_factory=list)
+    total: list[float] = field(default_factory=list)
+    failures: int = 0
+
+
+@dataclass(frozen=True)
+class Row:
+    """One variant: `planner`, the QP's `solver`, quantiles of its phases, and how well it did.
+
+    For the distributed planner all times are one robot's: the robots' processors work side by side.
+    """
+
+    planner: str
+    solver: str
+    times: Times
+    cost_gap: float | None = None
+    note: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Quantiles in ms."""
+        phases = {
+            f"{name}_ms": quantiles(values)
+            for name, values in vars(self.times).items()
+            if name != "failures" and values
+        }
+        return {
+            "planner": self.planner, "solver": self.solver, **phases,
+            "samples": len(self.times.solve), "failures": self.times.failures,
+            "cost_gap": self.cost_gap, "note": self.note,
+        }  # fmt: skip
+
+
+def quantiles(values: list[float]) -> dict[str, float]:
+    """p50, p95, p99 and max."""
+    marks = np.percentile(values, [50, 95, 99, 100])
+    return dict(zip(("p50", "p95", "p99", "max"), marks.tolist(), strict=True))
+
+
+def busy_walk(duration: float) -> Walk:
+    """A trot with an unknown payload and 40 N sinusoids, so that some rows are active."""
+    return Walk(duration, payload=Payload(5.0), pushes=sinusoid(40.0))
+
+
+def measure_planners(samples: int, solvers: tuple[str, ...] = ("multipliers",)) -> Iterator[Row]:
+    """Every planner in closed loop, as it runs."""
+    team = Team()
+    for name, make in PLANNERS.items():
+        for solver in solvers:
+            planner = make(team, qp=solver, **_LOOP_OPTIONS[solver])
+            times = Times()
+            walk = busy_walk(samples * planner.settings.dt)
+            run_walk(planner, walk, team, partial(_add_plan, planner, times))
+            times.failures = len(planner.events)
+            yield Row(name, f"{solver} (in the loop)", times)
+
+
+def _add_plan(planner: Planner, times: Times, plan: LayeredPlan) -> None:
+    if isinstance(planner, DistributedPlanner):
+        for local, milliseconds in zip(planner.locals, planner.local_ms, strict=True):
+            _add(times, local.mpc, milliseconds)
+    elif isinstance(planner, CentralizedPlanner):
+        _add(times, planner.mpc, plan.solve_ms)
+
+
+def _add(times: Times, mpc: LinearMpc, total: float) -> None:
+    phases = mpc.sqp.times_ms
+    times.build.append(phases.linearize)
+    times.solve.append(phases.update + phases.solve)
+    times.total.append(total)
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A QP of the walk: what `casadi.conic` takes, and our solution's cost."""
+
+    H: ca.DM
+    g: np.ndarray
+    A: ca.DM
+    lower: np.ndarray
+    upper: np.ndarray
+    cost: float
+
+    def cost_of(self, x: np.ndarray) -> float:
+        """Objective at x."""
+        return float(0.5 * x @ np.asarray(self.H @ x).ravel() + self.g @ x)
+
+
+def measure_peers(samples: int) -> Iterator[Row]:
+    """Other solvers, from their default starts, on QPs of the walk; each only if it is there."""
+    for name, instances in (
+        ("centralized", _instances(CentralizedPlanner(), samples)),
+        ("distributed", _instances(DistributedPlanner(), samples)),
+    ):
+        for peer in PEERS:
+            yield _measure_peer(name, peer, instances)
+
+
+def _instances(planner: CentralizedPlanner | DistributedPlanner, samples: int) -> list[Instance]:
+    """QPs of a closed loop of one trot cycle, evenly spread."""
+    found: list[Instance] = []
+    mpc = planner.locals[0].mpc if isinstance(planner, DistributedPlanner) else planner.mpc
+    cycle, count = 80, 0
+
+    def record(plan: LayeredPlan) -> None:
+        nonlocal count
+        count += 1
+        if count > cycle and count % max(1, cycle // samples) == 0 and len(found) < samples:
+            found.append(_instance(mpc))
+
+    run_walk(planner, busy_walk(2.5 * cycle * planner.settings.dt), watch=record)
+    return found
+
+
+def _instance(mpc: LinearMpc) -> Instance:
+    qp = mpc.linearise()
+    model = _core.PenaltyModel(qp)
+    flat = equality_qp(qp, model)
+    stages = [qp.stage(k) for k in range(qp.horizon + 1)]
+    first, known = np.cumsum([0, *(s.nw for s in stages)]), stages[0].nx
+    whole = np.zeros((sum(len(s.inequality_value) for s in stages), first[-1]))
+    upper, row = np.zeros(len(whole)), 0
+    for k, stage in enumerate(stages):
+        n = len(stage.inequality_value)
+        whole[row : row + n, first[k] : first[k + 1]] = stage.inequality_jacobian
+        upper[row : row + n] = -stage.inequality_value
+        row += n
+    upper -= whole[:, :known] @ qp.initial_state
+    A = ca.vertcat(flat.A, ca.sparsify(ca.DM(whole[:, known:])))
+    solution = _core.StageQpSolution(qp)
+    _core.make_qp_solver("multipliers").solve(qp, model, solution)
+    x = np.concatenate(solution.w)[known:]
+    lower = np.concatenate([flat.b, np.full(len(upper), -np.inf)])
+    return Instance(flat.H, flat.g, A, lower, np.concatenate([flat.b, upper]), flat.cost(x))
+
+
+def _measure_peer(planner: str, peer: str, instances: list[Instance]) -> Row:
+    times, gaps = Times(), []
+    for qp in instances:
+        try:
+            solver = ca.conic(
+                "peer", peer, {"h": qp.H.sparsity(), "a": qp.A.sparsity()}, _options(peer, qp)
+            )
+        except RuntimeError as error:
+            return Row(planner, f"{peer} (CasADi)", times, note=str(error).splitlines()[-1][:80])
+        elapsed = []
+        for _ in range(5):
+            start = clock.perf_counter()
+            answer = solver(h=qp.H, g=qp.g, a=qp.A, lba=qp.lower, uba=qp.upper)
+            elapsed.append(1e3 * (clock.perf_counter() - start))
+        gap = abs(qp.cost_of(np.asarray(answer["x"]).ravel()) - qp.cost)
+        if not solver.stats()["success"] or not np.isfinite(gap):
+            times.failures += 1
+            continue
+        times.solve.append(min(elapsed))
+        gaps.append(gap / max(1.0, abs(qp.cost)))
+    return Row(planner, f"{peer} (CasADi)", times, float(np.max(gaps)) if gaps else None)
+
+
+def _options(peer: str, qp: Instance) -> dict[str, Any]:
+    common: dict[str, Any] = {"print_time": False, "error_on_fail": False}
+    if peer == "osqp":
+        tolerances = {"eps_abs": 1e-5, "eps_rel": 1e-5, "max_iter": 20000}
+        return common | {"osqp": {"verbose": False, **tolerances}}
+    return common

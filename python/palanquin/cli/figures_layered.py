@@ -1,0 +1,54 @@
+"""`palanquin figures layered`: the reduced-order experiments of Kim et al."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.markdown import Markdown
+from rich.progress import Progress, TaskID
+
+from palanquin.cli.console import check_writable, err, out, reported_errors
+
+
+def layered(
+    quick: Annotated[
+        bool, typer.Option("--quick", help="About two minutes: short walks, few loads.")
+    ] = False,
+    folder: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For everything.")] = Path(
+        "out/figures-layered"
+    ),
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="For all results.")
+    ] = None,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Open no window; figures never do.")
+    ] = False,
+) -> None:
+    """Two robots on a bar: Figures 8, 9, 22 and 23 of Kim et al., loads survived, and times.
+
+    Reduced-order plant, working and printed weights side by side. About ten minutes.
+    """
+    with reported_errors():
+        from palanquin.benchmarks.layered.report import reproduce
+
+        check_writable("--json", json_file)
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"--out {folder} is a file; a folder is needed")
+        with Progress(console=err) as bar:
+            tasks: dict[str, TaskID] = {}
+
+            def progress(part: str, done: int, total: int) -> None:
+                if part not in tasks:
+                    tasks[part] = bar.add_task(part, total=total)
+                bar.update(tasks[part], completed=done)
+
+            results, files = reproduce(folder, quick, progress)
+    if json_file is not None:
+        json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+    report = next(file for file in files if file.name == "report.md").read_text(encoding="utf-8")
+    out.print(Markdown(report.split("## Figures")[0]))
+    for file in files:
+        out.print(str(file), markup=False, highlight=False, soft_wrap=True)
