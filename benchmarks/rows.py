@@ -54,7 +54,8 @@ def make_row(
         "rate_hz": 1e3 / solve_ms["p50"],
         "call_ms": quantiles([step.call_ms for step in steps]),
         "python_ms": float(np.median([step.call_ms - step.solve_ms for step in steps])),
-        "setup_ms": _setup_ms(steps),
+        "setup_ms": _median_of_known([step.setup_ms for step in steps]),
+        "feedback_ms": _median_of_known([step.feedback_ms for step in steps]),
         "iterations": float(np.median([step.iterations for step in steps])),
         "qps": float(np.median([step.qps for step in steps])),
         "cost": cost,
@@ -69,9 +70,9 @@ def _median(steps: list[Step], phase: str) -> float:
     return float(np.median([step.phases_ms[phase] for step in steps]))
 
 
-def _setup_ms(steps: list[Step]) -> float | None:
-    times = [step.setup_ms for step in steps if step.setup_ms is not None]
-    return float(np.median(times)) if times else None
+def _median_of_known(values: list[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else None
 
 
 def _gflops(steps: list[Step], qp_flops: float | None) -> float | None:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import copy
 import time
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from palanquin.benchmarks.stage_qps import qp_flops
 from palanquin.benchmarks.trot import COMMAND, PERIOD, ClosedLoop, disturbed, make_planner
 from palanquin.benchmarks.variant import SOLVERS, Task, Variant
-from palanquin.plan import Sqp
+from palanquin.plan import Plan, Sqp
+from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.team_plan import TeamPlan
 
 # A cold solve ends when the QP predicts less than this relative decrease of the cost. Tighter than
@@ -34,6 +35,8 @@ class Step:
         qps: QPs solved in them.
         failure: empty if the plan may be executed (cold: if it has converged), else why not.
         setup_ms: construction of the solver, where each step has a new one.
+        feedback_ms: of the same step in two phases, what comes after the measurement; taken at
+            some steps only.
     """
 
     phases_ms: dict[str, float]
@@ -43,6 +46,7 @@ class Step:
     qps: int
     failure: str = ""
     setup_ms: float | None = None
+    feedback_ms: float | None = None
 
     @property
     def solve_ms(self) -> float:
@@ -74,6 +78,35 @@ class Run(Protocol):
         """Floating-point operations of the QP solved last, where they can be counted."""
 
 
+class FeedbackProbe:
+    """Takes steps of a closed loop once more in two phases, by a solver of its own.
+
+    Not every step: it would drive the loop's solver out of the caches.
+    """
+
+    EVERY = 8
+
+    def __init__(self, planner: Planner, options: dict[str, Any]) -> None:
+        self._planner = planner
+        self._sqp = Sqp(planner.lowered, **options)
+        self._last: Plan | None = None
+        self._steps = 0
+
+    def measure(self, plan: Plan) -> float | None:
+        """Milliseconds of the feedback phase of the step that led to `plan`, if it is its turn."""
+        last, self._last = self._last, plan
+        self._steps += 1
+        if last is None or self._steps % self.EVERY:
+            return None
+        parameters, measured = plan._inputs
+        guess = self._planner.lowered.shift(last.trajectory, self._planner.params, PERIOD)
+        engine = self._sqp._core
+        if not engine.prepare(parameters, measured, guess.values):
+            return None
+        engine.feedback(measured)
+        return float(engine.feedback_ms)
+
+
 class WarmRun:
     """A closed loop with one SQP iteration a period, from the shifted plan."""
 
@@ -82,11 +115,15 @@ class WarmRun:
         planner = make_planner(variant.task, **options)
         self._is_structured = variant.by.qp == "structured"
         self._loop = ClosedLoop(planner, np.random.default_rng(seed))
+        self._probe = FeedbackProbe(planner, options) if self._is_structured else None
 
     def step(self) -> Step:
         """One period."""
         plan, cost = self._loop.tick()
-        return Step.of(plan, cost, plan.plan.is_usable)
+        step = Step.of(plan, cost, plan.plan.is_usable)
+        if self._probe is None:
+            return step
+        return replace(step, feedback_ms=self._probe.measure(plan.plan))
 
     def flops(self) -> float | None:
         """Of the structured solver; the others' libraries count none."""

@@ -17,6 +17,8 @@ LIMITATIONS = (
     "terrains cost differently.",
     "Times are the solver's own: linearise, update, solve, globalise. References, warm start and "
     "arrays, made in Python, come on top (column Python).",
+    "Column feedb. is what follows the measurement when a step is taken in two phases, the rest "
+    "before it.",
     "OSQP stops at its tolerance (1e-3, cold 1e-5), the others solve QPs exactly. Column cost + is "
     "the closed loop's relative excess of cost over solving every period to convergence.",
     "One QP a step is the paper's method; compare it with its own kind, or see what it costs.",
@@ -51,15 +53,18 @@ def time_table(title: str, rows: list[Row]) -> Table:
 def phase_table(title: str, rows: list[Row]) -> Table:
     """Where the time goes, what is on top of it, and how good the plans are."""
     phases = ("linearize", "update", "solve", "globalize")
-    table = _table(title, ("lin.", "update", "solve", "glob.", "Python", "QPs", "cost +", "GFLOPS"))
+    names = ("lin.", "update", "solve", "glob.", "feedb.", "Python", "QPs", "cost +")
+    table = _table(title, (*names, "MFLOP", "GFLOPS"))
     for row in rows:
         if row["solve_ms"] is not None:
             table.add_row(
                 *names_of(row),
                 *(f"{row['phases_ms'][phase]:.3f}" for phase in phases),
+                _number(row["feedback_ms"], "{:.3f}"),
                 f"{row['python_ms']:.1f}",
                 f"{row['qps']:.0f}",
                 _number(row["cost_excess"], "{:.1e}"),
+                _number(row["mflop"], "{:.2f}"),
                 _number(row["gflops"], "{:.1f}"),
             )
     return table

@@ -4,6 +4,7 @@ Nothing here looks at how long anything took.
 """
 
 import json
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
@@ -217,6 +218,12 @@ def test_a_row_counts_failed_steps():
     assert row["cost_excess"] == pytest.approx(1.0)
     assert row["python_ms"] == pytest.approx(1.0)
     assert row["gflops"] == pytest.approx(3.0)
+    assert row["feedback_ms"] is None
+
+
+def test_the_feedback_phase_counts_where_it_was_measured():
+    steps = [step(), replace(step(), feedback_ms=0.2), replace(step(), feedback_ms=0.4)]
+    assert make_row(STRUCTURED, Record(steps))["feedback_ms"] == pytest.approx(0.3)
 
 
 def test_a_row_without_steps_is_marked_and_printed():
