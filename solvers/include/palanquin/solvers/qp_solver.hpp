@@ -20,10 +20,11 @@ enum class QpStatus {
 std::string_view to_string(QpStatus status);
 inline bool is_usable(QpStatus s) { return s == QpStatus::Solved || s == QpStatus::Inaccurate; }
 
-/// What kinds of rows a back end takes.
+/// What kinds of rows a back end takes, and how well it solves.
 struct QpCapabilities {
   bool inequality_rows = false;
   bool link_rows = false;
+  bool stops_early = false;  ///< at a tolerance far above rounding, as first-order methods do
 };
 
 /// A back end for the StageQp whose penalties have been replaced by a PenaltyModel.
