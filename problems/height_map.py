@@ -13,6 +13,7 @@ the next solve starts from there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -120,8 +121,11 @@ class HeightMap(Terrain):
 
     def slope(self, x: float, y: float) -> tuple[float, float]:
         """(dz/dx, dz/dy) at one point."""
-        u, v = (float(w) for w in self._coordinates(x, y))
-        column, row = int(u // 1) - 1 + _REPEATED, int(v // 1) - 1 + _REPEATED
+        rows, columns = self.heights.shape
+        (x0, y0), least = self.origin, 2 - _REPEATED
+        u = min(max((x - x0) / self.spacing, least), columns - 1 - least)
+        v = min(max((y - y0) / self.spacing, least), rows - 1 - least)
+        column, row = math.floor(u) - 1 + _REPEATED, math.floor(v) - 1 + _REPEATED
         values = self._coefficients[row : row + 4, column : column + 4]
         along, across = ([1.0, t, t * t, t * t * t] for t in (u % 1, v % 1))
         zx = across @ _SPLINES[0] @ values @ (along @ _SPLINES[1])

@@ -9,11 +9,20 @@ their own references are the hips' projections at each knot.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from palanquin.problems import quaternions
-from palanquin.problems.clm.references import ANGULAR_VELOCITY, ORIENTATION, POSITION, VELOCITY
+from palanquin.problems.clm.references import (
+    ANGULAR_VELOCITY,
+    ORIENTATION,
+    POSITION,
+    VELOCITY,
+    References,
+)
 from palanquin.problems.clm.team import Team
+from palanquin.problems.gaits import GaitClock
 from palanquin.problems.modules.rigid_body import GRAVITY
 from palanquin.problems.terrains import Terrain
 
@@ -56,3 +65,29 @@ def raibert_footholds(
     feet[..., :2] += np.where((begin > times[0])[..., None], correction[:, None], 0.0)
     feet[..., 2] = terrain.height(feet[..., 0], feet[..., 1])
     return feet - position
+
+
+def with_raibert_footholds(
+    references: References,
+    team: Team,
+    terrain: Terrain,
+    times: np.ndarray,
+    clocks: Sequence[GaitClock],
+    measured: np.ndarray,
+) -> References:
+    """The references with `raibert_footholds` for robots on these gait clocks.
+
+    Args:
+        references: of the horizon.
+        team: payload and robots.
+        terrain: height map.
+        times: of the knots, s, [N+1].
+        clocks: the robots' gaits, R of them.
+        measured: the robots' states [R, 13] at the first knot.
+    """
+    robots = references.bodies[:, 1:]
+    begin, end = zip(*(clock.stances(times) for clock in clocks), strict=True)
+    stances = np.stack(begin, axis=1), np.stack(end, axis=1)
+    too_fast = (measured[:, VELOCITY] - robots[0, :, VELOCITY])[:, :2]
+    footholds = raibert_footholds(team, robots, terrain, times, stances, too_fast)
+    return References(references.bodies, footholds)

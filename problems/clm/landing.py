@@ -38,5 +38,5 @@ def mid_stance_feet(
     feet = references.feet()
     velocity = references.bodies[:, 1:, None, VELOCITY]
     feet[..., :2] += np.where(landing, stance / 2, 0.0)[..., None] * velocity[..., :2]
-    feet[..., 2] = terrain.height(feet[..., 0], feet[..., 1])
+    feet[landing, 2] = terrain.height(*feet[landing, :2].T)
     return feet

@@ -18,7 +18,7 @@ from palanquin.policies import Policy
 from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns, GroundColumns
-from palanquin.problems.clm.footholds import raibert_footholds
+from palanquin.problems.clm.footholds import with_raibert_footholds
 from palanquin.problems.clm.parameters import (
     set_contacts,
     set_input_blocks,
@@ -26,7 +26,6 @@ from palanquin.problems.clm.parameters import (
     set_terrain,
 )
 from palanquin.problems.clm.references import (
-    VELOCITY,
     References,
     RobotReferences,
     Velocity,
@@ -329,20 +328,12 @@ class Planner:
             self.dt,
             self._robot_references,
         )
-        if self.footholds == "hips":
-            return references
-        robots = references.bodies[:, 1:]
-        times = time + self.dt * np.arange(self.horizon + 1)
-        begin, end = zip(*(c.stances(times) for c in self.clocks), strict=True)
-        footholds = raibert_footholds(
-            self.team,
-            robots,
-            self.terrain,
-            times,
-            (np.stack(begin, axis=1), np.stack(end, axis=1)),
-            (state.bodies[1:, VELOCITY] - robots[0, :, VELOCITY])[:, :2],
-        )
-        return References(references.bodies, footholds)
+        if self.footholds == "raibert":
+            times = time + self.dt * np.arange(self.horizon + 1)
+            return with_raibert_footholds(
+                references, self.team, self.terrain, times, self.clocks, state.bodies[1:]
+            )
+        return references
 
     def _give_up_on_last(self, time: float) -> tuple[Event, ...]:
         """Forgets the last plan when too many solves in a row have failed to improve on it."""

@@ -22,9 +22,14 @@ class StandingGround:
         """Whether feet may stand everywhere."""
         return not (len(self.ditches) or self.terrain.has_gaps)
 
-    def nearest(self, points: np.ndarray) -> np.ndarray:
-        """Footholds [..., 3] nearest to `points` [..., 3] in the world, m."""
-        footholds = self.terrain.nearest(points)
+    def nearest(self, points: np.ndarray, landing: np.ndarray) -> np.ndarray:
+        """Footholds [..., 3] nearest to `points` [..., 3] in the world, m.
+
+        Feet that are not `landing` (flags [...]) are moved out of ditches only, which constrain
+        them too.
+        """
+        footholds = np.array(points)
+        footholds[landing] = self.terrain.nearest(points[landing])
         if not len(self.ditches):
             return footholds
         xy = nearest_clear(footholds[..., :2].reshape(-1, 2), self.ditches)

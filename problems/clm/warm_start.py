@@ -85,7 +85,7 @@ class WarmStart:
             guess = self.shifted(last, now.contacts, elapsed)
             self._lift_feet(guess, now, last, elapsed)
         if not self.ground.is_whole:
-            clear = self.ground.nearest(self._aims(now))
+            clear = self.ground.nearest(self._aims(now), landings(now.contacts, now.before))
             kept = now.contacts & (self._planned(elapsed) & (last is not None))[:, None, None]
             feet = np.where(kept[..., None], guess.values[:, self._columns.feet], clear)
             guess.values[:, self._columns.feet] = now.carried(feet)
