@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.layered import rotations
 
@@ -88,7 +89,7 @@ class LinkSettings:
         checks.finite("link.bias", self.bias)
         checks.non_negative("link.loss", self.loss)
         if self.loss > 1:
-            checks.positive("1 - link.loss", 1 - self.loss)
+            raise ProblemError(f"link.loss is {self.loss}; a probability is at most 1")
 
 
 @dataclass

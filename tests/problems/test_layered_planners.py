@@ -1,6 +1,7 @@
 """The planners of the layered problem against a solved case and against their own model."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,11 @@ from palanquin.errors import ProblemError
 from palanquin.problems.layered import (
     PRINTED,
     TRUNK_INERTIA,
+    WORKING,
     CentralizedPlanner,
     Desired,
+    DistributedPlanner,
+    LinkSettings,
     NominalPlanner,
     RobotStates,
     Team,
@@ -97,3 +101,93 @@ def test_bad_contacts_are_named():
     states, contacts, desired = instant()
     with pytest.raises(ProblemError, match=r"contacts has shape \(3, 2, 4\)"):
         CentralizedPlanner(TEAM).plan(0.0, states, contacts[:3], desired)
+
+
+def test_the_dynamics_of_the_qp_are_finite_differences():
+    states, contacts, desired = instant()
+    planner = CentralizedPlanner(TEAM)
+    planner.plan(0.0, states, contacts, desired)
+    mpc = planner.mpc
+    columns = np.concatenate(
+        [planner.state_columns.ravel(), planner.force_columns.ravel(), planner.bar_columns]
+    )
+    free = np.isin(columns, planner.force_columns[~contacts[0]], invert=True)
+    z, p, h = mpc.guess[0].copy(), mpc.params.values[0], 1e-6
+    matrix = mpc.linearise().stage(0).dynamics
+    for j, column in enumerate(columns[free]):
+        step = np.zeros_like(z)
+        step[column] = h
+        ahead, behind = mpc.lowered.step(z + step, p), mpc.lowered.step(z - step, p)
+        slope = (ahead - behind)[planner.state_columns.ravel()] / (2 * h)
+        np.testing.assert_allclose(matrix[:, j], slope, atol=1e-6)
+
+
+def test_repeated_exchanges_lead_to_the_centralized_plan():
+    states, contacts, desired = instant()
+    desired = Desired(desired.position, np.array([[0.3, 0.1, 0.0], [0.3, -0.1, 0.0]]))
+    central = CentralizedPlanner().plan(0.0, states, contacts, desired)
+
+    def error(**changes):
+        plan = DistributedPlanner(settings=replace(WORKING, **changes)).plan(
+            0.0, states, contacts, desired
+        )
+        return np.abs(plan.forces - central.forces).max(), plan.estimates[:, 0]
+
+    once, _ = error()
+    often, estimates = error(exchanges=60)
+    assert often < 0.02 < 1.0 < once
+    assert estimates == pytest.approx(central.multipliers[0], abs=0.02)
+    alone, _ = error(exchanges=60, dual_terms=False)
+    assert alone > 1.0  # the neighbours' multipliers are what makes it so
+
+
+def test_a_lossy_slow_link_delivers_what_it_has():
+    states, contacts, desired = instant()
+    links = {(0, 1): LinkSettings(delay=3, loss=0.5), (1, 0): LinkSettings(loss=1.0)}
+    planner = DistributedPlanner(links=links)
+    for n in range(20):
+        plan = planner.plan(0.005 * n, states, contacts, desired)
+        assert plan.is_usable
+        assert np.isfinite(plan.forces).all()
+
+
+def test_links_between_strangers_are_refused():
+    with pytest.raises(ProblemError, match=r"links has \[\(0, 5\)\]"):
+        DistributedPlanner(links={(0, 5): LinkSettings()})
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"delay": 0}, "link.delay is 0"),
+        ({"loss": -0.1}, "link.loss is -0.1"),
+        ({"loss": 1.5}, "link.loss is 1.5"),
+        ({"bias": float("nan")}, "link.bias is nan"),
+    ],
+)
+def test_bad_links_are_named(options, message):
+    with pytest.raises(ProblemError, match=message):
+        LinkSettings(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"horizon": 0}, "settings.horizon is 0"),
+        ({"dt": -1.0}, "settings.dt is -1.0"),
+        ({"position": (1.0, -1.0, 1.0)}, "settings.position"),
+        ({"acceleration": "soft"}, "settings.acceleration is 'soft'"),
+        ({"normal": (5.0, 1.0)}, "settings.normal"),
+    ],
+)
+def test_bad_settings_are_named(options, message):
+    with pytest.raises(ProblemError, match=message):
+        replace(WORKING, **options)
+
+
+@pytest.mark.parametrize("slack", [0.0, 1e3])
+def test_rows_may_be_hard_penalised_or_slack(slack):
+    states, contacts, desired = instant()
+    for policy in ("hard", "off", 1e4):
+        settings = replace(WORKING, rate=policy, slack=slack)
+        assert CentralizedPlanner(settings=settings).plan(0.0, states, contacts, desired).is_usable
