@@ -147,6 +147,7 @@ class PlannerSettings(Strict):
         return {
             "candidates": self.candidates,
             "references": self.references,
+            "footholds": self.footholds,
             "qp": self.qp,
             "threads": self.threads,
             "max_iterations": self.iterations,

@@ -47,3 +47,14 @@ def test_the_papers_references_take_the_legs_to_their_limits():
         longest[references] = (lengths.max(axis=(0, 2)) - leg_limits(team)).max()
     assert abs(longest["rigid"]) < 2e-3
     assert longest["ground"] < -0.04
+
+
+def test_the_climb_looks_ahead_and_its_references_can_be_the_papers():
+    climb = open_scenario("ramp")
+    assert climb.build_planner().footholds == "raibert"
+    settings = {**dict(climb.planner), "references": "rigid"}
+    states = [
+        climb.changed(planner=chosen).build_planner().nominal_state(np.array([3.0, 0.0, 0.0]))
+        for chosen in (climb.planner, settings)
+    ]
+    assert np.abs(states[0].bodies - states[1].bodies).max() > 0.01
