@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from palanquin.problems.foothold_areas import FootholdArea
+from palanquin.benchmarks import courses
+from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
 from palanquin.sim import closed_loop
 from palanquin.sim.area_prisms import prism
 from palanquin.sim.errors import InputError
@@ -35,6 +36,17 @@ def test_shipped_scenarios_start_and_are_shown(name):
     )
     assert rollout.violation["area"].max() < 1e-3
     assert json.loads(scenario.scene.to_json())["terrain"]["type"] in (name, "stones")
+
+
+def test_courses_measure_how_far_feet_are_outside():
+    scenario = courses.variant("stones", 3).changed(duration=0.4)
+    assert scenario.terrain.seed == 3
+    assert courses.run_course(scenario)["outside_m"] < 1e-3
+    planner = scenario.build_planner()
+    rollout = closed_loop.run(planner, scenario.scene, scenario.script(), 0.4, 1 / 30)
+    island = FootholdAreas((FootholdArea.rectangle((10.0, 0.0), (1.0, 9.0)),))
+    farthest = 9.5 - rollout.feet[rollout.contact > 0.5][:, 0].min()
+    assert courses.outside(island, rollout) == pytest.approx(farthest, abs=1e-6)
 
 
 def test_a_height_map_from_a_file_is_a_ground(tmp_path):

@@ -1,0 +1,98 @@
+"""Stones, stairs, planks and the turn over seeds: `python -m palanquin.benchmarks.courses`.
+
+One should see every run completed, no foothold outside its area by more than 1 mm, and a clearance
+that stays positive. Seeds move the start; those of the stones draw another field each.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from palanquin.problems.foothold_areas import FootholdAreas, nearest_in_polygons
+from palanquin.sim import closed_loop
+from palanquin.sim.clearance import smallest_clearance
+from palanquin.sim.kinematic import track
+from palanquin.sim.outcome import outcome
+from palanquin.sim.rollout import Rollout
+from palanquin.sim.scenarios import Scenario, open_scenario
+
+COURSES = ("stones", "stairs", "walkway", "turn")
+
+
+def variant(name: str, seed: int) -> Scenario:
+    """A course as its seed has it."""
+    scenario = open_scenario(name)
+    if name == "stones":
+        return scenario.changed(seed=seed, terrain={**scenario.terrain.model_dump(), "seed": seed})
+    return scenario.changed(seed=seed)
+
+
+def run_course(scenario: Scenario) -> dict[str, Any]:
+    """Plans a course in closed loop and measures it, apart from what the planner says.
+
+    `outside_m`: the worst distance of a foothold from the areas, edges without margin; on a ground
+    without areas it is missing. `clearance_m`: of the scene's shapes from obstacles, by MuJoCo.
+    """
+    planner = scenario.build_planner()
+    period = scenario.planner.period
+    rollout = closed_loop.run(
+        planner,
+        scenario.scene,
+        scenario.script(),
+        scenario.duration,
+        period,
+        scenario.start(planner),
+    )
+    figures = outcome(rollout, scenario.duration, period)
+    if isinstance(planner.terrain, FootholdAreas):
+        figures["outside_m"] = outside(planner.terrain, rollout)
+    if scenario.obstacles:
+        figures["clearance_m"] = smallest_clearance(track(rollout, frame_rate=20.0)).distance
+    return figures
+
+
+def outside(terrain: FootholdAreas, rollout: Rollout) -> float:
+    """The worst distance of a standing foot from the nearest point of any area, m."""
+    feet = np.unique(rollout.feet[rollout.contact > 0.5].round(9), axis=0)
+    distance = np.full(len(feet), np.inf)
+    for area in terrain.areas:
+        corners = np.broadcast_to(area.corners, (len(feet), *area.corners.shape))
+        xy = nearest_in_polygons(corners, feet[:, :2])
+        z = area.plane[0] + xy @ area.plane[1:]
+        nearest = np.column_stack([xy, z])
+        distance = np.minimum(distance, np.linalg.norm(nearest - feet, axis=1))
+    return float(distance.max())
+
+
+def run_all(names: tuple[str, ...], seeds: int) -> Iterator[tuple[str, int, dict[str, Any]]]:
+    """Name, seed and figures of every run, as they come."""
+    for name in names:
+        for seed in range(seeds):
+            yield name, seed, run_course(variant(name, seed))
+
+
+def main() -> None:
+    """Runs the courses and prints a line for each run."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help=f"{', '.join(COURSES)}; all unless told")
+    parser.add_argument("--seeds", type=int, default=20, help="so many from 0 on")
+    arguments = parser.parse_args()
+    for name, seed, figures in run_all(tuple(arguments.names or COURSES), arguments.seeds):
+        worst = {k: f"{v:.2g}" for k, v in figures["violation"].items() if v > 0}
+        distances = {k: figures[k] for k in ("outside_m", "clearance_m") if k in figures}
+        measured = {k: f"{v:.4f}" for k, v in distances.items()}
+        print(
+            f"{name} {seed}: {'completed' if figures['completed'] else 'FAILED'}, {measured}, "
+            f"payload rms {1e3 * figures['payload_position_error_m']['rms']:.2f} mm, "
+            f"fallbacks {figures['fallbacks']}, violated {worst or 'nothing'}, "
+            f"plan p50 {figures['solve_ms']['p50']:.2f} ms",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
