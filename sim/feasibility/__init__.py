@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from palanquin.sim.feasibility.finding import Finding
 from palanquin.sim.feasibility.ground import ditches_to_step_over, slopes_to_stand_on
+from palanquin.sim.feasibility.obstacles import obstacles_beside_the_way
 from palanquin.sim.feasibility.payload import weight_to_hold
 from palanquin.sim.feasibility.reach import heights_to_hold
 from palanquin.sim.feasibility.room import grasps_apart, grasps_on_the_payload, trunks_apart
@@ -22,6 +23,7 @@ RULES = (
     trunks_apart,
     slopes_to_stand_on,
     ditches_to_step_over,
+    obstacles_beside_the_way,
     flights_to_survive,
     speeds_to_walk,
 )

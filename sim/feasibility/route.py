@@ -17,8 +17,9 @@ _LONGEST = 300.0
 
 def payload_route(scenario: Scenario) -> NDArray[np.float64]:
     """Poses (x, y, yaw) of the payload's reference for five minutes at most, [n, 3], m and rad."""
-    command, ground = scenario.command.start(), scenario.ground
-    pose, poses = np.zeros(3), [np.zeros(3)]
+    command, ground = scenario.command.start(), scenario.ground.trend
+    pose = scenario.start_pose.draw(scenario.seed)
+    poses = [pose]
     for time in np.arange(0.0, min(scenario.duration, _LONGEST), _STEP):
         velocity = command.velocity(float(time), pose, _STEP)
         pose = payload_path(ground, pose, velocity, 1, _STEP).pose[1]

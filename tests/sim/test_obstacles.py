@@ -1,5 +1,7 @@
 """Obstacles in scenarios: what they are, how they look, and that nothing touches them."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from palanquin.sim import closed_loop
 from palanquin.sim.clearance import FAR, smallest_clearance
 from palanquin.sim.errors import InputError
+from palanquin.sim.feasibility.obstacles import obstacles_beside_the_way
 from palanquin.sim.kinematic import track
 from palanquin.sim.scenarios import open_scenario
 from palanquin.sim.scene import build_scene
@@ -81,3 +84,25 @@ def test_without_obstacles_the_clearance_is_far():
 def test_bad_obstacles_say_what_is_wrong(obstacle, message):
     with pytest.raises(InputError, match=message):
         TROT.changed(obstacles=[obstacle])
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "is_error", "message"),
+    [
+        ({"type": "cylinder", "centre": [0.0, 1.05], "radius": 0.1}, True, "begins 11 cm inside"),
+        ({"type": "box", "centre": [2.0, 0.0], "size": [0.2, 0.2]}, False, "leads .* into it"),
+        ({"type": "box", "centre": [-0.38, 0.6], "size": [0.1, 0.1]}, True, "begins"),
+    ],
+)
+def test_a_way_through_an_obstacle_is_found(obstacle, is_error, message):
+    (finding,) = obstacles_beside_the_way(TROT.changed(obstacles=[obstacle]))
+    assert finding.path == ("obstacles", 0)
+    assert finding.is_error == is_error
+    assert re.search(message, finding.message)
+
+
+def test_obstacles_beside_the_way_are_fine():
+    beside = {"type": "wall", "start": [-3.0, 1.4], "end": [9.0, 1.4]}
+    assert not list(obstacles_beside_the_way(TROT.changed(obstacles=[beside])))
+    assert not list(obstacles_beside_the_way(open_scenario("turn")))
+    assert not list(obstacles_beside_the_way(TROT))
