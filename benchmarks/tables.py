@@ -9,14 +9,15 @@ from rich.console import Console
 from rich.table import Table
 
 from palanquin.benchmarks.variant import PAPER_SOLVER, Solver
+from palanquin.plan import SQP_PHASES
 
 Row = dict[str, Any]
 
 LIMITATIONS = (
     "One machine and one task: a trot at 0.4 m/s with disturbed velocities. Other contacts and "
     "terrains cost differently.",
-    "Times are the solver's own: linearise, update, solve, globalise. References, warm start and "
-    "arrays, made in Python, come on top (column Python).",
+    "Times are the solver's own: transcribe, linearise, update, solve, globalise. References, warm "
+    "start and arrays, made in Python, come on top (column Python).",
     "Column feedb. is what follows the measurement when a step is taken in two phases, the rest "
     "before it.",
     "OSQP stops at its tolerance (1e-3, cold 1e-5), the others solve QPs exactly. Column cost + is "
@@ -52,8 +53,8 @@ def time_table(title: str, rows: list[Row]) -> Table:
 
 def phase_table(title: str, rows: list[Row]) -> Table:
     """Where the time goes, what is on top of it, and how good the plans are."""
-    phases = ("linearize", "update", "solve", "globalize")
-    names = ("lin.", "update", "solve", "glob.", "feedb.", "Python", "QPs", "cost +")
+    phases = SQP_PHASES
+    names = ("transcr.", "lin.", "update", "solve", "glob.", "feedb.", "Python", "QPs", "cost +")
     table = _table(title, (*names, "MFLOP", "GFLOPS"))
     for row in rows:
         if row["solve_ms"] is not None:

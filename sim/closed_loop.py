@@ -8,6 +8,7 @@ from itertools import count, islice
 
 import numpy as np
 
+from palanquin.plan import SQP_PHASES
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
 from palanquin.sim.errors import InputError
@@ -16,8 +17,7 @@ from palanquin.sim.scenarios.disturbance import mean_wrenches
 from palanquin.sim.scenarios.script import Director, Orders
 from palanquin.sim.team import Team
 
-SOLVER_PHASES = ("linearize", "update", "solve", "globalize")
-PHASES = ("inputs", *SOLVER_PHASES)
+PHASES = ("inputs", *SQP_PHASES)
 """Where the time of a plan goes: references, parameters and warm start, then the solver's work."""
 
 MOST_TICKS = 50_000
@@ -197,7 +197,7 @@ def _log(builder: RolloutBuilder, tick: Tick) -> None:
         status=solved.status.name.lower(),
         phases={
             "inputs": plan.solve_ms - solved.timings_ms["total"],
-            **{name: solved.timings_ms[name] for name in SOLVER_PHASES},
+            **{name: solved.timings_ms[name] for name in SQP_PHASES},
         },
         violation=dict(solved.violation),
         events=plan.events,

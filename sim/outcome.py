@@ -8,10 +8,11 @@ import numpy as np
 
 from palanquin._core import Status, is_usable
 from palanquin.events import count_events
+from palanquin.plan import SQP_PHASES
 from palanquin.problems import quaternions
 from palanquin.problems.clm.build import FORCE_FAMILIES
 from palanquin.problems.modules.limits import FORCE_UNIT
-from palanquin.sim.closed_loop import SOLVER_PHASES, number_of_ticks
+from palanquin.sim.closed_loop import number_of_ticks
 from palanquin.sim.rollout import Rollout
 from palanquin.sim.tracking import tracking_error
 
@@ -33,7 +34,7 @@ def outcome(rollout: Rollout, duration: float, period: float) -> dict[str, Any]:
     so that the last one was followed on; "events" counts what the planner did other than full
     steps, by kind; "solve_ms" is wall time from measurement to plan, "solver_ms" the solver's part.
     """
-    solver = np.sum([rollout.phases[name] for name in SOLVER_PHASES], axis=0)
+    solver = np.sum([rollout.phases[name] for name in SQP_PHASES], axis=0)
     usable = {status.name.lower() for status in Status if is_usable(status)}
     has_fallen = fell(rollout)
     return {

@@ -122,6 +122,7 @@ void bind_results(nb::module_& m) {
       .def_ro("linearize", &PhaseTimes::linearize)
       .def_ro("update", &PhaseTimes::update)
       .def_ro("solve", &PhaseTimes::solve)
+      .def_ro("transcribe", &PhaseTimes::transcribe)
       .def_ro("globalize", &PhaseTimes::globalize)
       .def_prop_ro("total", &PhaseTimes::total);
   nb::class_<IterationRecord>(m, "IterationRecord", "What one SQP iteration did.")

@@ -18,6 +18,10 @@ from palanquin.problem import checked_horizon
 
 Status = _core.Status
 
+SQP_PHASES = ("transcribe", "linearize", "update", "solve", "globalize")
+"""Of an SQP step: inputs taken over and roles settled; derivatives; the QP's factorisation; its
+solution; evaluations and line search."""
+
 
 @dataclass
 class Plan:
@@ -261,13 +265,7 @@ class Sqp(_Solver[_core.SqpSettings]):
             equality_violation=evaluation.equality_max,
             iterations=history,
             iteration_count=len(history),
-            timings_ms={
-                "linearize": times.linearize,
-                "update": times.update,
-                "solve": times.solve,
-                "globalize": times.globalize,
-                "total": times.total,
-            },
+            timings_ms={phase: getattr(times, phase) for phase in (*SQP_PHASES, "total")},
             _transcription=self._core.transcription,
             _inputs=(p.copy(), z.copy()),
         )

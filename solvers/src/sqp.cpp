@@ -151,6 +151,7 @@ double Sqp::model_cost() const {
 
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
+  Stopwatch watch;
   history_.clear();
   status_ = Status::NotSolved;
   message_.clear();
@@ -165,11 +166,13 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
     return false;
   }
   transcription_.place_initial_state(iterate_);
+  transcribe_ms_ = watch.lap_ms();
   return true;
 }
 
 /// Step 1. False when a function is not finite.
 bool Sqp::linearize(IterationRecord& record) {
+  if (history_.empty()) record.times.transcribe = transcribe_ms_;
   Stopwatch watch;
   const NonFinite bad = transcription_.linearize(iterate_);
   record.times.linearize = watch.lap_ms();
@@ -300,6 +303,7 @@ void Sqp::finish(Status status, std::string_view message) {
 PhaseTimes Sqp::times() const {
   PhaseTimes sum;
   for (const IterationRecord& record : history_) {
+    sum.transcribe += record.times.transcribe;
     sum.linearize += record.times.linearize;
     sum.update += record.times.update;
     sum.solve += record.times.solve;

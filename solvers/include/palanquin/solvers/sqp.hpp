@@ -49,11 +49,12 @@ std::string_view to_string(StepKind kind);
 
 /// Milliseconds that one iteration (or a whole solve) spent per phase.
 struct PhaseTimes {
+  double transcribe = 0.0;  ///< parameters, measured state and guess taken over, roles settled
   double linearize = 0.0;
   double update = 0.0;     ///< QP back end: values and factorisation
   double solve = 0.0;      ///< QP back end: the rest, and the penalty subproblem's own work
   double globalize = 0.0;  ///< evaluations and line search
-  double total() const { return linearize + update + solve + globalize; }
+  double total() const { return transcribe + linearize + update + solve + globalize; }
 };
 
 /// What one iteration did; printing, histories and plots all read this record.
@@ -163,6 +164,7 @@ class Sqp {
   double start_cost_ = 0.0;  ///< of the iterate that was linearised last
   IterationRecord prepared_;
   bool is_prepared_ = false;
+  double transcribe_ms_ = 0.0;
   double feedback_ms_ = 0.0;
 };
 
