@@ -87,7 +87,7 @@ class RelaxedBarrier(Policy):
 
 @dataclass(frozen=True)
 class Hard(Policy):
-    """The row stays a constraint; it needs a back end that takes inequalities (multipliers, OSQP)."""
+    """The row stays a constraint, for a back end that takes inequalities (multipliers, OSQP)."""
 
     kind: ClassVar[int] = 0
 
