@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -44,9 +45,15 @@ def desired(references: Sequence[Reference]) -> Desired:
     return Desired(
         position=np.array([r.position for r in references]),
         velocity=np.array([r.velocity for r in references]),
-        rotation=quaternions.matrix(quaternions.from_yaw(np.array([r.yaw for r in references]))),
+        rotation=np.array([_turn(r.yaw) for r in references]),
         angular_velocity=np.array([[0.0, 0.0, r.yaw_rate] for r in references]),
     )
+
+
+def _turn(yaw: float) -> list[list[float]]:
+    """Rotation matrix about z."""
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return [[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]
 
 
 def next_bodies(plan: LayeredPlan, bodies: Array) -> Array:

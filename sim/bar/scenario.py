@@ -131,4 +131,6 @@ class BarScenario:
         """Of `robot` at `time` (s): nothing while it stands, then growing to the full command."""
         full = self.commands[robot]
         share = min(1.0, max(0.0, (time - STANDING_TIME) / RAMP_TIME))
+        if share == 1.0:
+            return full
         return Velocity(share * full.vx, share * full.vy, share * full.wz)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
-from palanquin.problems import quaternions
 from palanquin.problems.clm.references import Velocity
 from palanquin.sim.bar.team import STANDING_HEIGHT
 
@@ -46,30 +46,28 @@ class Reference:
 
     def advance(self, command: Velocity, seen: _sim.RobotObservation, dt: float) -> None:
         """Moves on by `dt` (s) under a `command` in the reference's own heading."""
-        cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
-        self.velocity = np.array(
-            [cosine * command.vx - sine * command.vy, sine * command.vx + cosine * command.vy, 0.0]
-        )
+        cosine, sine = math.cos(self.yaw), math.sin(self.yaw)
+        vx = cosine * command.vx - sine * command.vy
+        vy = sine * command.vx + cosine * command.vy
+        x, y, _ = seen.position.tolist()
+        ahead = (self.position[0] + dt * vx - x, self.position[1] + dt * vy - y)
+        share = min(1.0, LEASH / max(math.hypot(*ahead), 1e-9))
+        height = seen.ground + STANDING_HEIGHT
+        self.position = np.array([x + share * ahead[0], y + share * ahead[1], height])
+        self.velocity = np.array([vx, vy, 0.0])
         self.yaw_rate = command.wz
-        self.position = self.position + dt * self.velocity
-        self.position[2] = seen.ground + STANDING_HEIGHT
-        ahead = self.position[:2] - seen.position[:2]
-        if (distance := float(np.linalg.norm(ahead))) > LEASH:
-            self.position[:2] = seen.position[:2] + ahead * LEASH / distance
-        turn = _wrapped(self.yaw + dt * command.wz - heading(seen))
-        self.yaw = heading(seen) + float(np.clip(turn, -YAW_LEASH, YAW_LEASH))
+        now = heading(seen)
+        turn = math.remainder(self.yaw + dt * command.wz - now, 2 * math.pi)
+        self.yaw = now + min(max(turn, -YAW_LEASH), YAW_LEASH)
 
     @property
     def body(self) -> Array:
         """As a state [13]: position, orientation (w, x, y, z), velocity, angular velocity."""
-        turn = quaternions.from_yaw(self.yaw)
-        return np.concatenate([self.position, turn, self.velocity, [0.0, 0.0, self.yaw_rate]])
+        turn = (math.cos(self.yaw / 2), 0.0, 0.0, math.sin(self.yaw / 2))
+        return np.array([*self.position, *turn, *self.velocity, 0.0, 0.0, self.yaw_rate])
 
 
 def heading(seen: _sim.RobotObservation) -> float:
-    """Yaw of a robot in the world, rad."""
-    return float(quaternions.yaw_of(np.array(seen.orientation)))
-
-
-def _wrapped(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+    """Yaw of a robot's x axis in the world, rad."""
+    w, x, y, z = seen.orientation.tolist()
+    return math.atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z))
