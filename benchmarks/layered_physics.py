@@ -1,0 +1,204 @@
+"""Figures 10, 12 to 18, 20, 24 and 25 of Kim et al., from full physics instead of experiments.
+
+What a simulation has no counterpart for is chosen as near as it gets: a person's pushes and pulls
+are a push and a rope, gravel and mulch are rough and soft ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from palanquin.problems.clm.references import Velocity
+from palanquin.problems.robots import FEET
+from palanquin.sim.bar import plots
+from palanquin.sim.bar.ground import Ground
+from palanquin.sim.bar.outcome import outcome
+from palanquin.sim.bar.planners import build_planner
+from palanquin.sim.bar.run import BarRun, run
+from palanquin.sim.bar.scenario import BarScenario
+from palanquin.sim.bar.team import BarTeam
+from palanquin.sim.bar.texts import parse_force
+from palanquin.sim.palette import robot_colour
+
+_LOADED = BarTeam(payload=4.53)
+_HEAVY = BarTeam(payload=6.8)
+_BLOCKS = Ground("blocks", 0.05, seed=1)
+_PULLED = (*parse_force("push:0,60,0@3,3.5", 2), *parse_force("pull:0,-0.25@4,7:1", 2))
+
+SCENARIOS: dict[str, BarScenario] = {
+    "flat": BarScenario(),
+    "rough": BarScenario(
+        team=BarTeam(payload=5.0),
+        ground=Ground("rough", 0.05, seed=1),
+        forces=parse_force("sin:20", 2),
+    ),
+    "blocks": BarScenario(team=_LOADED, ground=_BLOCKS, velocity=Velocity(0.4)),
+    "slippery": BarScenario(team=_LOADED, ground=Ground(friction=0.3), velocity=Velocity(0.4)),
+    "pulled": BarScenario(team=_LOADED, forces=_PULLED, velocity=Velocity(0.3)),
+    "gravel": BarScenario(
+        team=_HEAVY, ground=Ground("rough", 0.03, seed=2, softness=0.01), velocity=Velocity(0.4)
+    ),
+    "lawn": BarScenario(
+        team=_LOADED, ground=Ground("rough", 0.02, seed=3, softness=0.02), velocity=Velocity(0.4)
+    ),
+    "mulch": BarScenario(
+        team=_LOADED, ground=Ground("rough", 0.03, seed=4, softness=0.03), velocity=Velocity(0.4)
+    ),
+    "grass": BarScenario(
+        team=_HEAVY, ground=Ground("rough", 0.02, seed=5, softness=0.02), velocity=Velocity(0.4)
+    ),
+    **{
+        "-".join(axes): BarScenario(
+            team=BarTeam(payload=4.53, restrict=axes), ground=_BLOCKS, velocity=Velocity(0.4)
+        )
+        for axes in (
+            ("pitch", "yaw"),
+            ("roll", "yaw"),
+            ("roll", "pitch"),
+            ("roll", "pitch", "yaw"),
+        )
+    },
+}
+"""What the figures need, by name; each is run with the planners that a figure asks for."""
+
+_SET = ("blocks", "slippery", "pulled")
+_RESTRICTED = ("pitch-yaw", "roll-yaw", "roll-pitch", "roll-pitch-yaw")
+_OUTDOOR = (
+    ("gravel", "distributed"),
+    ("lawn", "centralized"),
+    ("mulch", "distributed"),
+    ("grass", "centralized"),
+)
+_BOTH = ("centralized", "distributed")
+
+Key = tuple[str, str]
+Progress = Callable[[str, float, float], None]
+
+
+@dataclass
+class Runs:
+    """Runs by scenario and planner, each made once, when it is asked for first."""
+
+    duration: float
+    progress: Progress
+    done: dict[Key, BarRun]
+
+    def __call__(self, name: str, planner: str) -> BarRun:
+        """The run of scenario `name` with `planner`."""
+        if (name, planner) not in self.done:
+            scenario = replace(SCENARIOS[name], planner=planner, duration=self.duration)
+            self.done[name, planner] = run(scenario, build_planner(scenario))
+            self.progress("physics", len(self.done), NUMBER_OF_RUNS)
+        return self.done[name, planner]
+
+
+def reproduce_physics(
+    folder: Path, duration: float = 10.0, progress: Progress = lambda name, done, total: None
+) -> tuple[list[dict[str, Any]], list[Path]]:
+    """Runs everything for `duration` (s) and writes a picture a figure into `folder`.
+
+    Returns each run's figures with its name and planner, and the files. `progress` is told the
+    name of the part, how many runs are done, and of how many.
+    """
+    runs = Runs(duration, progress, {})
+    files = []
+    for name, draw in _FIGURES.items():
+        figure = draw(runs)
+        path = folder / f"{name}.png"
+        figure.savefig(path, dpi=120)
+        files.append(path)
+    rows = [
+        {"scenario": name, "planner": planner, **outcome(result)}
+        for (name, planner), result in runs.done.items()
+    ]
+    return rows, files
+
+
+def _grid(rows: int, columns: int, width: float = 4.6, height: float = 2.3) -> tuple[Figure, Any]:
+    figure = Figure(figsize=(width * columns, height * rows), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def _end(axes: Axes, title: str) -> None:
+    axes.set_title(title, fontsize="medium", pad=18)
+    plots.finish(axes)
+
+
+def _velocities(runs: Runs, keys: list[Key]) -> Figure:
+    """Velocities along x and y, a column a run."""
+    figure, grid = _grid(2, len(keys))
+    for column, key in enumerate(keys):
+        for axis in (0, 1):
+            plots.plot_velocity(grid[axis][column], runs(*key), axis)
+            _end(grid[axis][column], f"{key[0]}, {key[1]}" if axis == 0 else "")
+        grid[1][column].set_xlabel("time (s)")
+    return figure
+
+
+def _forces(runs: Runs, keys: list[Key]) -> Figure:
+    """Planned vertical forces of the left front legs, a column a run."""
+    figure, grid = _grid(1, len(keys))
+    for column, key in enumerate(keys):
+        plots.plot_vertical_force(grid[0][column], runs(*key))
+        _end(grid[0][column], f"{key[0]}, {key[1]}")
+        grid[0][column].set_xlabel("time (s)")
+    return figure
+
+
+def _phases(runs: Runs, names: tuple[str, ...]) -> Figure:
+    """Roll and pitch of the first robot: a row a planner, all scenarios in one."""
+    figure, grid = _grid(2, 2, height=3.0)
+    for row, planner in enumerate(_BOTH):
+        for axis in (0, 1):
+            for name in names:
+                plots.plot_phase(grid[row][axis], runs(name, planner), axis, name)
+            _end(grid[row][axis], planner)
+    return figure
+
+
+def _virtual_constraints(runs: Runs) -> Figure:
+    figure, grid = _grid(2, 2)
+    for index, key in enumerate(_OUTDOOR):
+        axes = grid[index // 2][index % 2]
+        plots.plot_virtual_constraints(axes, runs(*key))
+        axes.set_xlabel("time (s)")
+        _end(axes, f"{key[0]}, {key[1]}")
+    return figure
+
+
+def _foot_heights(runs: Runs) -> Figure:
+    """Heights of both right front feet, from flat ground onto the blocks."""
+    figure, grid = _grid(1, 1, width=9.0, height=3.0)
+    result, axes = runs("blocks", "centralized"), grid[0][0]
+    foot = FEET.index("RF")
+    for i, name in enumerate(result.scenario.team.names):
+        height = 100 * result.ticks.feet[:, i, foot, 2]
+        axes.plot(result.ticks.time, height, color=robot_colour(i), label=name, linewidth=1.0)
+    axes.set_xlabel("time (s)")
+    axes.set_ylabel("height of RF (cm)")
+    _end(axes, "")
+    return figure
+
+
+_FIGURES: dict[str, Callable[[Runs], Figure]] = {
+    "figure-10": lambda runs: _velocities(runs, [("rough", planner) for planner in _BOTH]),
+    "figure-12": lambda runs: _velocities(runs, [("flat", "centralized")]),
+    "figure-13": lambda runs: _forces(runs, [("flat", "centralized")]),
+    "figure-14": lambda runs: _velocities(runs, [(name, "centralized") for name in _SET]),
+    "figure-15": lambda runs: _forces(runs, [(name, "centralized") for name in _SET]),
+    "figure-16": lambda runs: _phases(runs, _SET),
+    "figure-17": lambda runs: _velocities(runs, [(name, "distributed") for name in _SET]),
+    "figure-18": lambda runs: _forces(runs, [(name, "distributed") for name in _SET]),
+    "figure-20": _virtual_constraints,
+    "figure-24": _foot_heights,
+    "figure-25": lambda runs: _phases(runs, _RESTRICTED),
+}
+
+NUMBER_OF_RUNS = 2 + 1 + 2 * len(_SET) + len(_OUTDOOR) + 2 * len(_RESTRICTED)
+"""That all figures take."""
