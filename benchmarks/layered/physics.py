@@ -78,7 +78,7 @@ _OUTDOOR = (
 _BOTH = ("centralized", "distributed")
 
 Key = tuple[str, str]
-Progress = Callable[[str, float, float], None]
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass
@@ -103,8 +103,8 @@ def reproduce_physics(
 ) -> tuple[list[dict[str, Any]], list[Path]]:
     """Runs everything for `duration` (s) and writes a picture a figure into `folder`.
 
-    Returns each run's figures with its name and planner, and the files. `progress` is told the
-    name of the part, how many runs are done, and of how many.
+    Returns each run's figures with its name and planner, and the files, a report among them.
+    `progress` is told the name of the part, how many runs are done, and of how many.
     """
     runs = Runs(duration, progress, {})
     files = []
@@ -117,7 +117,32 @@ def reproduce_physics(
         {"scenario": name, "planner": planner, **outcome(result)}
         for (name, planner), result in runs.done.items()
     ]
-    return rows, files
+    report = folder / "physics.md"
+    pictures = "\n".join(f"![{path.stem}]({path.name})" for path in files)
+    report.write_text(f"# Full physics\n\n{physics_table(rows)}\n\n{pictures}\n", "utf-8")
+    return rows, [*files, report]
+
+
+def physics_table(rows: list[dict[str, Any]]) -> str:
+    """Markdown: what each run in full physics came to."""
+    lines = [
+        "| ground, load | planner | walked | velocity error | bar's error | torque |",
+        "|---" * 6 + "|",
+    ]
+    for row in rows:
+        error = row["velocity_error_m_s"]
+        cells = [
+            row["scenario"],
+            row["planner"],
+            f"fell after {row['duration_s']:.1f} s"
+            if row["fell"]
+            else f"{row['distance_m']:.1f} m",
+            f"{error['rms']:.3f} m/s" if error else "",
+            f"{1e3 * row['bar_length_error_m']:.2g} mm",
+            f"{100 * row['torque_fraction_max']:.0f} %",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines)
 
 
 def _grid(rows: int, columns: int, width: float = 4.6, height: float = 2.3) -> tuple[Figure, Any]:
