@@ -78,6 +78,8 @@ def _parse(path: Path) -> Any:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         what = " ".join(filter(None, (error.context, error.problem)))
         raise ScenarioError(f"{path}:{line}: not YAML: {what}") from error
+    except TypeError as error:  # the parser's, of a key that is a mapping or a list
+        raise ScenarioError(f"{path}: not YAML: a key must be a word ({error})") from error
     except (YAMLError, ValueError, RecursionError) as error:
         reason = str(error).splitlines() or ["it is nested too deeply"]
         raise ScenarioError(f"{path}: not YAML: {reason[0]}") from error

@@ -79,6 +79,7 @@ def test_every_fault_is_listed(load):
         ("a: \x00", "not YAML"),
         ("{" * 5000, "nested too deeply|not YAML"),
         ("a: 1\n---\nb: 2\n", "not YAML"),
+        ("a:\n  ? : {b: 1}\n", "a key must be a word"),
         ("!!python/object/apply:os.system ['true']", "a mapping with keys|not YAML"),
     ],
 )

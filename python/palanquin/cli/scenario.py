@@ -75,4 +75,5 @@ def check(name: Source) -> None:
         err.print(f"{kind}: {line}", markup=False, highlight=False)
     if any(finding.is_error for finding in found):
         raise typer.Exit(BAD_INPUT)
-    out.print(f"{name}: nothing speaks against it", markup=False, highlight=False, soft_wrap=True)
+    verdict = f"can be run; warnings: {len(found)}" if found else "nothing speaks against it"
+    out.print(f"{name}: {verdict}", markup=False, highlight=False, soft_wrap=True)
