@@ -186,7 +186,7 @@ class Planner(ABC):
         plan = self._solve(time, states, flags, desired)
         if not plan.is_usable:
             plan = self._fallback(time, states, flags, plan)
-        object.__setattr__(plan, "solve_ms", 1e3 * (clock.perf_counter() - start))
+        plan = replace(plan, solve_ms=1e3 * (clock.perf_counter() - start))
         self._last, self._given = plan, None
         return plan
 
