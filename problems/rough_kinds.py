@@ -66,6 +66,9 @@ class StairsKind(RoughKind):
         )
 
 
+_MOST_STONES = 5000
+
+
 class StonesKind(RoughKind):
     """A field of uneven stepping stones along x between two pieces of level ground."""
 
@@ -82,6 +85,12 @@ class StonesKind(RoughKind):
 
     def build(self) -> Terrain:
         """The stones."""
+        count = self.length * self.width / self.pitch / self.pitch
+        if count > _MOST_STONES:
+            raise ProblemError(
+                f"stones: {self.length:g} m x {self.width:g} m at a pitch of {self.pitch:g} m hold "
+                f"{count:.3g} stones; at most {_MOST_STONES} are possible"
+            )
         values = self.model_dump(exclude={"type"})
         return foothold_courses.stepping_stones(**values)
 

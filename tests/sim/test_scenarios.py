@@ -142,6 +142,7 @@ def test_a_scene_gives_the_payload_the_inertia_of_its_shape():
         ({"command": {"type": "teleport"}}, "type 'teleport' is unknown; there are velocity"),
         ({"ditches": {"type": "random", "widest": 0.5}}, "spacing 0.5 has no room"),
         ({"ditches": {"type": "lines", "lines": [{"a": 0, "b": 0, "c": 1, "d": 1}]}}, "direction"),
+        ({"terrain": {"type": "stones", "length": 1e9}}, "hold 4.17e.10 stones; at most 5000"),
         ({"duration": "10"}, "duration: is '10'; input should be a valid number"),
         ({"colour": "red"}, "unknown key 'colour'; valid keys are name, summary, robots"),
     ],
