@@ -59,9 +59,8 @@ def velocity_error(run: BarRun) -> dict[str, float] | None:
         return None
     yaw = quaternions.yaw_of(ticks.state[settled, :, 3:7])
     back = quaternions.from_yaw(-yaw)
-    velocity = quaternions.rotate(back, ticks.state[settled, :, 7:10])[..., :2]
-    wanted = np.array([[c.vx, c.vy] for c in run.scenario.commands])
-    error = velocity - wanted
+    difference = ticks.state[settled, :, 7:10] - ticks.desired[settled, :, 7:10]
+    error = quaternions.rotate(back, difference)[..., :2]
     return {
         "rms": float(np.sqrt(np.mean(np.sum(error**2, axis=-1)))),
         "mean_x": float(error[..., 0].mean()),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from time import perf_counter
 from typing import Any
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems import quaternions
+from palanquin.problems.clm.references import Velocity
 from palanquin.problems.layered.planner import Planner
 from palanquin.sim.bar.planning import bodies_of, desired, measured, next_bodies, targets
 from palanquin.sim.bar.scenario import STANDING_TIME, BarScenario
@@ -142,15 +143,30 @@ class Loop:
         }
 
 
+Commands = Callable[[float], Sequence[Velocity] | None]
+"""What the robots [M] are told at a time (s); None ends the run."""
+
+
 def run(
-    scenario: BarScenario, planner: Planner, progress: Callable[[float], None] = lambda time: None
+    scenario: BarScenario,
+    planner: Planner,
+    progress: Callable[[float], None] = lambda time: None,
+    commands: Commands | None = None,
 ) -> BarRun:
-    """Runs `scenario` to its end or to a fall; `progress` is told the simulated time (s)."""
+    """Runs `scenario` to its end or to a fall; `progress` is told the simulated time (s).
+
+    `commands` take the place of the scenario's own.
+    """
     loop = Loop(scenario, planner)
-    start, rows = perf_counter(), []
+    commands = commands or (lambda time: [scenario.command(i, time) for i in loop.robots])
+    start = perf_counter()
+    rows: list[dict[str, Any]] = []
     simulation = loop.simulation
     while simulation.time < scenario.duration - TIMESTEP / 2 and not simulation.has_fallen:
-        loop.commands = [scenario.command(i, simulation.time) for i in loop.robots]
+        told = commands(simulation.time)
+        if told is None and rows:
+            break
+        loop.commands = list(told or loop.commands)
         rows.append(loop.tick())
         progress(simulation.time)
         if rows[-1]["state"][:, 0].min() - rows[0]["state"][:, 0].min() >= scenario.distance:

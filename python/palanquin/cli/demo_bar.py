@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -14,6 +17,8 @@ from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_pr
 from palanquin.cli.watching import progress_bars, show
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
+    from palanquin.problems.clm.references import Velocity
+    from palanquin.sim.bar.run import Commands
     from palanquin.sim.bar.scenario import BarScenario
 
 
@@ -68,6 +73,13 @@ def bar(
             help="Command, m/s and rad/s; for single robots between slashes, such as 0.15/0.",
         ),
     ] = "0.5",
+    keys: Annotated[
+        bool,
+        typer.Option(
+            "--keys",
+            help="Drive by keyboard, in real time: arrows, a and d; tab: which robot; space: stop.",
+        ),
+    ] = False,
     noise: Annotated[
         float, typer.Option(help="Of the sensors, as a multiple of a usual one's.")
     ] = 0.0,
@@ -134,8 +146,9 @@ def bar(
         files = DemoFiles.prepare("bar", out_folder, rrd, json_file, video)
         out.print(_summary(scenario), markup=False)
         show_progress_of_lowering()
-        with progress_bars() as progress:
-            result = run(scenario, build_planner(scenario), progress("walking", duration))
+        with progress_bars() as progress, _driving(scenario, keys) as commands:
+            planning = build_planner(scenario)
+            result = run(scenario, planning, progress("walking", duration), commands)
             figures = {
                 "scenario": "bar",
                 "tracking": tracking.value,
@@ -163,6 +176,29 @@ def bar(
         err.print(f"fell after {result.duration:.2f} s: {result.fall}", markup=False)
         raise typer.Exit(NOT_SOLVED)
     show(written, headless)
+
+
+@contextmanager
+def _driving(scenario: BarScenario, has_keys: bool) -> Iterator[Commands | None]:
+    """Commands from the keyboard in step with the wall's clock, if they are asked for."""
+    if not has_keys:
+        yield None
+        return
+    from palanquin.cli.keyboard import open_keyboard
+    from palanquin.sim.bar.driver import HELP, Driver
+
+    driver, names = Driver(scenario.team.robots), scenario.team.names
+    err.print(HELP, markup=False)
+    with open_keyboard() as keyboard:
+        start = perf_counter()
+
+        def commands(time: float) -> list[Velocity] | None:
+            for key in keyboard.until(start + time):
+                driver.press(key)
+                err.print(driver.describe(names), markup=False)
+            return None if driver.has_ended else driver.commands
+
+        yield commands
 
 
 def _summary(scenario: BarScenario) -> str:
