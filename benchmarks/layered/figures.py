@@ -63,7 +63,8 @@ def draw_figure9(folder: Path, weights: str, duration: float) -> Drawn:
     left, right = figure.subplots(1, 2)
     _plot_velocities(left, log, "distributed, commands 0.15 and 0 m/s")
     for i in range(2):
-        right.plot(log.positions[:, i, 0], log.positions[:, i, 1], label=f"robot {i + 1}")
+        path = log.positions[:, i, :2].T
+        right.plot(*path, color=f"C{i}", label=f"robot {i + 1}")
     right.set(xlabel="x (m)", ylabel="y (m)", title="centres of mass", aspect="equal")
     right.legend()
     return _save(figure, folder, f"figure9-{weights}", {"distributed": _summary(log)})
@@ -99,10 +100,15 @@ def draw_figure23(folder: Path, weights: str, duration: float) -> Drawn:
     return _save(figure, folder, f"figure23-{weights}", numbers)
 
 
+def _look(robot: int) -> dict[str, Any]:
+    """Later robots are dashed: those of a symmetric run lie on top of each other."""
+    return {"color": f"C{robot}", "linestyle": "-" if robot == 0 else "--", "linewidth": 1.2}
+
+
 def _plot_velocities(axis: Any, log: WalkLog, title: str) -> None:
-    for i, colour in enumerate(("tab:blue", "tab:red")):
-        axis.plot(log.times, log.velocities[:, i, 0], color=colour, label=f"robot {i + 1}")
-        axis.axhline(log.desired[i, 0], color=colour, linestyle="--", linewidth=1)
+    for i in range(log.velocities.shape[1]):
+        axis.plot(log.times, log.velocities[:, i, 0], label=f"robot {i + 1}", **_look(i))
+        axis.axhline(log.desired[i, 0], color=f"C{i}", linestyle=":", linewidth=1)
     if log.fell_at is not None:
         axis.axvline(log.fell_at, color="black", label="fall")
     axis.set(xlabel="time (s)", ylabel="forward velocity (m/s)", title=title, ylim=(-0.5, 0.8))
@@ -111,10 +117,12 @@ def _plot_velocities(axis: Any, log: WalkLog, title: str) -> None:
 
 def _plot_estimates(axis: Any, log: WalkLog) -> None:
     for i in range(log.estimates.shape[1]):
-        axis.plot(log.times, log.estimates[:, i, 0], label=f"robot {i + 1}'s estimate")
+        label = f"robot {i + 1}'s estimate"
+        axis.plot(log.times, log.estimates[:, i, 0], label=label, **_look(i))
     axis.plot(log.times, log.multipliers[:, 0], color="gray", linewidth=0.7, label="plant")
+    axis.margins(y=0.25)  # for the legend
     axis.set(xlabel="time (s)", ylabel="multiplier (N/m)")
-    axis.legend(loc="lower right")
+    axis.legend(loc="upper right", ncols=3)
 
 
 def _disagreement(log: WalkLog) -> float:
