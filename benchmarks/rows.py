@@ -48,8 +48,10 @@ def make_row(
         return row
     cost = float(np.mean([step.cost for step in steps]))
     solve_ms = quantiles([step.solve_ms for step in steps])
+    replay_ms = [time for step in steps for time in step.replay_ms]
     row |= {
         "solve_ms": solve_ms,
+        "replay_ms": quantiles(replay_ms) if replay_ms else None,
         "phases_ms": {name: _median(steps, name) for name in steps[0].phases_ms},
         "rate_hz": 1e3 / solve_ms["p50"],
         "call_ms": quantiles([step.call_ms for step in steps]),

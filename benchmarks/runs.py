@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from palanquin.benchmarks.replay import RecordingSqp, Replay
 from palanquin.benchmarks.stage_qps import qp_flops
 from palanquin.benchmarks.trot import COMMAND, PERIOD, ClosedLoop, disturbed, make_planner
 from palanquin.benchmarks.variant import SOLVERS, Task, Variant
@@ -37,6 +38,8 @@ class Step:
         setup_ms: construction of the solver, where each step has a new one.
         feedback_ms: of the same step in two phases, what comes after the measurement; taken at
             some steps only.
+        replay_ms: of steps up to this one, the solver's time when they are taken again back to
+            back; at some steps only.
     """
 
     phases_ms: dict[str, float]
@@ -47,6 +50,7 @@ class Step:
     failure: str = ""
     setup_ms: float | None = None
     feedback_ms: float | None = None
+    replay_ms: tuple[float, ...] = ()
 
     @property
     def solve_ms(self) -> float:
@@ -113,17 +117,19 @@ class WarmRun:
     def __init__(self, variant: Variant, seed: int, max_iterations: int = 1) -> None:
         options = {**variant.options(), "max_iterations": max_iterations}
         planner = make_planner(variant.task, **options)
+        planner.sqp = recorder = RecordingSqp(planner.lowered, **options)
         self._is_structured = variant.by.qp == "structured"
+        self._replay = Replay(recorder, options)
         self._loop = ClosedLoop(planner, np.random.default_rng(seed))
+        recorder.inputs.clear()  # those of the first plan, which is converged
         self._probe = FeedbackProbe(planner, options) if self._is_structured else None
 
     def step(self) -> Step:
         """One period."""
         plan, cost = self._loop.tick()
         step = Step.of(plan, cost, plan.plan.is_usable)
-        if self._probe is None:
-            return step
-        return replace(step, feedback_ms=self._probe.measure(plan.plan))
+        feedback_ms = None if self._probe is None else self._probe.measure(plan.plan)
+        return replace(step, feedback_ms=feedback_ms, replay_ms=self._replay.measure())
 
     def flops(self) -> float | None:
         """Of the structured solver; the others' libraries count none."""

@@ -18,6 +18,8 @@ LIMITATIONS = (
     "terrains cost differently.",
     "Times are the solver's own: transcribe, linearise, update, solve, globalise. References, warm "
     "start and arrays, made in Python, come on top (column Python).",
+    "Column replay is the median of the same steps taken again back to back, as a loop without "
+    "Python takes them: the processor's caches are warm.",
     "Column feedb. is what follows the measurement when a step is taken in two phases, the rest "
     "before it.",
     "OSQP stops at its tolerance (1e-3, cold 1e-5), the others solve QPs exactly. Column cost + is "
@@ -35,7 +37,7 @@ def solver_of(row: Row) -> Solver:
 
 def time_table(title: str, rows: list[Row]) -> Table:
     """Quantiles of the step in ms; "x paper": how many times faster than `PAPER_SOLVER`."""
-    table = _table(title, ("p50", "p95", "p99", "max", "Hz", "x paper", "failed"))
+    table = _table(title, ("p50", "p95", "p99", "max", "Hz", "x paper", "replay", "failed"))
     for row in rows:
         if row["solve_ms"] is None:
             table.add_row(*names_of(row), "failed:", row["error"])
@@ -46,6 +48,7 @@ def time_table(title: str, rows: list[Row]) -> Table:
             *(f"{row['solve_ms'][q]:.3g}" for q in ("p50", "p95", "p99", "max")),
             f"{row['rate_hz']:.0f}",
             _number(speedup(row, rows, PAPER_SOLVER), "{:.1f}"),
+            _number(row["replay_ms"] and row["replay_ms"]["p50"], "{:.3g}"),
             failed,
         )
     return table

@@ -6,14 +6,17 @@ Nothing here looks at how long anything took.
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from rich.console import Console
 from support.strict_json import strict_json
 from typer.testing import CliRunner
 
+from palanquin.benchmarks.replay import RecordingSqp, Replay
 from palanquin.benchmarks.rows import make_row, quantiles
 from palanquin.benchmarks.runs import Step
 from palanquin.benchmarks.tables import slope, speedup, time_table
+from palanquin.benchmarks.trot import ClosedLoop, make_planner
 from palanquin.benchmarks.turns import Record, take_turns
 from palanquin.benchmarks.variant import PAPER_SOLVER, SOLVERS, Solver, Task, Variant
 from palanquin.cli import app
@@ -266,3 +269,17 @@ def test_variants_have_keys_of_their_own():
     tasks = (Task(1, 15), Task(1, 1), Task(1, 5, 12))
     variants = [Variant(t, s, start) for t in tasks for s in SOLVERS for start in ("warm", "cold")]
     assert len({v.key for v in variants}) == len(variants)
+
+
+def test_a_replay_takes_the_steps_of_the_loop_again():
+    planner = make_planner(Task(robots=1, horizon=3), max_iterations=1)
+    planner.sqp = recorder = RecordingSqp(planner.lowered, max_iterations=1)
+    replay = Replay(recorder, {"max_iterations": 1})
+    loop = ClosedLoop(planner, np.random.default_rng(1))
+    recorder.inputs.clear()
+    while len(recorder.inputs) < Replay.EVERY:
+        assert replay.measure() == ()
+        plan, _ = loop.tick()
+    assert len(replay.measure()) == Replay.EVERY
+    np.testing.assert_allclose(replay._sqp.latest, plan.plan.xs, atol=1e-6)
+    assert recorder.inputs == []
