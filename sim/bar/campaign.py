@@ -71,6 +71,20 @@ def _sinusoids(size: float) -> Callable[[int], BarScenario]:
     return scenario
 
 
+def _on_one_axis(size: float) -> Callable[[int], BarScenario]:
+    """The same along one axis only: x, y and z in turns."""
+
+    def scenario(seed: int) -> BarScenario:
+        sizes = [0.0, 0.0, 0.0]
+        sizes[seed % 3] = size
+        return replace(
+            _sinusoids(size)(seed),
+            forces=_out_of_step(parse_force("sin:{},{},{}".format(*sizes), 2), seed),
+        )
+
+    return scenario
+
+
 def _opposed(seed: int) -> BarScenario:
     """20 s at 0.3 m/s with 5 kg, both robots pressed against the bar by 30 N."""
     return BarScenario(
@@ -95,6 +109,8 @@ SUITES: dict[str, Callable[[int], BarScenario]] = {
     "slippery": _slippery,
     "sin40": _sinusoids(40.0),
     "sin60": _sinusoids(60.0),
+    "axis40": _on_one_axis(40.0),
+    "axis60": _on_one_axis(60.0),
     "opposed": _opposed,
 }
 

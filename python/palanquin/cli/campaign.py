@@ -25,7 +25,8 @@ def bar(
         str,
         typer.Option(
             help="flat (30 s; 0, 5, 6.8 kg), rough (10 m of 5 cm, 5 kg, 20 N), rougher (12 cm), "
-            "slippery (friction 0.3), sin40, sin60 or opposed (forces in N)."
+            "slippery (friction 0.3), sin40 and sin60 (sinusoids on all axes, N), axis40 and "
+            "axis60 (on one axis), or opposed (30 N)."
         ),
     ] = "flat",
     planners: Annotated[
