@@ -27,6 +27,7 @@ NONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 _TRUNK_SPHERES = 3
 _LEG = 0.05  # how far a leg reaches beyond its hip to the side, m
+_DROP = 0.02  # of a trunk's capsule below its hips, m
 _FOOT_RADIUS = 0.03  # m
 
 
@@ -137,9 +138,13 @@ def _capsule(problem: Problem, body: Body, volume: np.ndarray) -> Capsule:
 
 
 def trunk_volume(model: SingleRigidBody) -> np.ndarray:
-    """The capsule [7] along x that holds a robot's trunk and hips, with room for its thighs."""
+    """The capsule [7] along x that holds a robot's trunk and hips, with room for its thighs.
+
+    They are wider than the trunk is high, so the capsule hangs below the hips: it still holds the
+    upper edges of all our robots' trunks, and leaves a carried beam more room above them.
+    """
     ahead, beside = np.abs(np.array(model.hips)[:, :2]).max(axis=0)
-    return np.array([-ahead + _LEG, 0, 0, ahead - _LEG, 0, 0, beside + _LEG])
+    return np.array([-ahead + _LEG, 0, -_DROP, ahead - _LEG, 0, -_DROP, beside + _LEG])
 
 
 def beam_volume(size: Sequence[float] | np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from palanquin.problems.modules.obstacles import (
     trunk_volume,
 )
 from palanquin.problems.modules.volumes import Capsule, Prism, distance_from_capsule
-from palanquin.problems.robots import LAIKAGO
+from palanquin.problems.robots import LAIKAGO, quadruped
 from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
 
 RANDOM = np.random.default_rng(0)
@@ -111,6 +111,15 @@ def test_distance_from_a_capsule_counts_its_nearest_point():
 def test_a_sphere_is_a_capsule_without_length():
     capsule = Capsule("ball", (ca.SX([1, 2, 3]), ca.SX([1, 2, 3])), 0.1)
     assert number(distance_from_capsule(ca.SX([1, 2, 5]), capsule)) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("kind", ["laikago", "a1", "aliengo"])
+def test_a_volume_holds_the_upper_edges_of_a_trunk(kind):
+    model = quadruped(kind)
+    volume = trunk_volume(model.lumped)
+    top = np.array(model.trunk_centre) + np.array(model.trunk_size) / 2
+    for x, end in ((top[0], volume[3]), (top[0] - model.trunk_size[0], volume[0])):
+        assert np.hypot(x - end, top[2] - volume[5]) < volume[6]
 
 
 def test_volumes_hold_the_bodies():
