@@ -1,7 +1,8 @@
 """Stones, stairs, planks and the turn over seeds: `python -m palanquin.benchmarks.courses`.
 
-One should see every run completed, no foothold outside its area by more than 1 mm, and a clearance
-that stays positive. Seeds move the start; those of the stones draw another field each.
+One should see every run completed, no foothold outside its area by more than 1 mm, and distances
+from everything that stay positive. Seeds move the start; those of the stones draw another field
+each.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from palanquin.problems.foothold_areas import FootholdAreas, nearest_in_polygons
 from palanquin.sim import closed_loop
-from palanquin.sim.clearance import smallest_clearance
+from palanquin.sim.clearance import clearance_figures
 from palanquin.sim.kinematic import track
 from palanquin.sim.outcome import outcome
 from palanquin.sim.rollout import Rollout
@@ -35,7 +36,7 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
     """Plans a course in closed loop and measures it, apart from what the planner says.
 
     `outside_m`: the worst distance of a foothold from the areas, edges without margin; on a ground
-    without areas it is missing. `clearance_m`: of the scene's shapes from obstacles, by MuJoCo.
+    without areas it is missing. `clearance`: as of `clearance_figures`; missing without obstacles.
     """
     planner = scenario.build_planner()
     period = scenario.planner.period
@@ -51,7 +52,7 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
     if isinstance(planner.terrain, FootholdAreas):
         figures["outside_m"] = outside(planner.terrain, rollout)
     if scenario.obstacles:
-        figures["clearance_m"] = smallest_clearance(track(rollout, frame_rate=20.0)).distance
+        figures["clearance"] = clearance_figures(track(rollout))
     return figures
 
 
@@ -83,8 +84,11 @@ def main() -> None:
     arguments = parser.parse_args()
     for name, seed, figures in run_all(tuple(arguments.names or COURSES), arguments.seeds):
         worst = {k: f"{v:.2g}" for k, v in figures["violation"].items() if v > 0}
-        distances = {k: figures[k] for k in ("outside_m", "clearance_m") if k in figures}
-        measured = {k: f"{v:.4f}" for k, v in distances.items()}
+        kept = figures.get("clearance", {})
+        distances = {f"from {kind}": least["distance_m"] for kind, least in kept.items()}
+        if "outside_m" in figures:
+            distances["outside"] = figures["outside_m"]
+        measured = ", ".join(f"{name} {1e3 * value:.1f} mm" for name, value in distances.items())
         print(
             f"{name} {seed}: {'completed' if figures['completed'] else 'FAILED'}, {measured}, "
             f"payload rms {1e3 * figures['payload_position_error_m']['rms']:.2f} mm, "

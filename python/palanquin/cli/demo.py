@@ -108,6 +108,7 @@ def demo(
             require_possible,
             settings_of,
         )
+        from palanquin.sim.clearance import clearance_figures
         from palanquin.sim.closed_loop import number_of_ticks
         from palanquin.sim.figures import draw_figures
         from palanquin.sim.kinematic import track
@@ -147,6 +148,7 @@ def demo(
                 "settings": settings_of(scenario, planner),
                 **outcome(rollout, scenario.duration, scenario.planner.period),
                 "kinematics": trajectory.summary(),
+                **({"clearance": clearance_figures(trajectory)} if scenario.obstacles else {}),
             }
             written = files.write(
                 figures,
@@ -185,6 +187,9 @@ def _table(title: str, figures: dict[str, Any]) -> Table:
         f"rms {1e3 * error['rms']:.3g} mm, max {1e3 * error['max']:.3g} mm",
     )
     table.add_row("worst violation (m, 100 N)", _listed(figures["violation"], ".2g"))
+    if "clearance" in figures:
+        distances = {kind: least["distance_m"] for kind, least in figures["clearance"].items()}
+        table.add_row("smallest distances, m", _listed(distances, ".3f"))
     table.add_row("time of a plan, ms", _listed(figures["solve_ms"], ".2f"))
     table.add_row("the solver's part, ms", _listed(figures["solver_ms"], ".2f"))
     table.add_row(
