@@ -13,6 +13,7 @@ from rich.table import Table
 from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
 from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
 from palanquin.cli.demo_bar import bar
+from palanquin.cli.demo_options import Headless, JsonFile, OutFolder, Rrd, Video
 from palanquin.cli.watching import progress_bars, show
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -76,21 +77,11 @@ def demo(
         Tracking,
         typer.Option(help="Inverse kinematics only, or a controller in simulated physics."),
     ] = Tracking.KINEMATIC,
-    headless: Annotated[
-        bool | None,
-        typer.Option(
-            "--headless/--window",
-            help="Without or with Rerun's viewer at the end; a window if there is a display.",
-        ),
-    ] = None,
-    out_folder: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out"),
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="File for the figures instead.")
-    ] = None,
-    rrd: Annotated[
-        Path | None, typer.Option("--rrd", help="File for the Rerun recording instead.")
-    ] = None,
-    video: Annotated[bool, typer.Option(help="Draw the video.")] = True,
+    headless: Headless = None,
+    out_folder: OutFolder = Path("out"),
+    json_file: JsonFile = None,
+    rrd: Rrd = None,
+    video: Video = True,
 ) -> None:
     """Walks a team that is planned live, and writes a recording, a picture, a video and figures.
 

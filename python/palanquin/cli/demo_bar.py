@@ -14,6 +14,7 @@ import typer
 from rich.table import Table
 
 from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
+from palanquin.cli.demo_options import Headless, JsonFile, OutFolder, Rrd, Video
 from palanquin.cli.watching import progress_bars, show
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -91,21 +92,11 @@ def bar(
     tracking: Annotated[
         BarTracking, typer.Option(help="There is only physics here.")
     ] = BarTracking.PHYSICS,
-    headless: Annotated[
-        bool | None,
-        typer.Option(
-            "--headless/--window",
-            help="Without or with Rerun's viewer at the end; a window if there is a display.",
-        ),
-    ] = None,
-    out_folder: Annotated[Path, typer.Option("--out", help="Folder for all files.")] = Path("out"),
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="File for the figures instead.")
-    ] = None,
-    rrd: Annotated[
-        Path | None, typer.Option("--rrd", help="File for the Rerun recording instead.")
-    ] = None,
-    video: Annotated[bool, typer.Option(help="Draw the video.")] = True,
+    headless: Headless = None,
+    out_folder: OutFolder = Path("out"),
+    json_file: JsonFile = None,
+    rrd: Rrd = None,
+    video: Video = True,
 ) -> None:
     """Walks A1s that carry bars on ball joints: MPC at 200 Hz, whole-body control at 1 kHz.
 

@@ -18,6 +18,7 @@ from rich.progress import (
 from rich.table import Table
 
 from palanquin.cli.console import NOT_SOLVED, check_writable, err, out, reported_errors
+from palanquin.cli.figures_options import Folder, Headless, JsonFile, check_folder
 
 if TYPE_CHECKING:
     from palanquin.benchmarks.clm_paper.reproduction import Progress as Report
@@ -33,15 +34,9 @@ def clm(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Run again what the folder already holds.")
     ] = False,
-    folder: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For everything.")] = Path(
-        "out/figures-clm"
-    ),
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all results.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; figures never do.")
-    ] = False,
+    folder: Folder = Path("out/figures-clm"),
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report.
 
@@ -54,8 +49,7 @@ def clm(
         from palanquin.benchmarks.clm_paper.reproduction import QUICK, Effort, reproduce
 
         check_writable("--json", json_file)
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"--out {folder} is a file; a folder is needed")
+        check_folder(folder)
         effort = QUICK if quick else Effort()
         if seeds is not None:
             effort = replace(effort, seeds=seeds)

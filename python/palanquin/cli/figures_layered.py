@@ -11,21 +11,16 @@ from rich.markdown import Markdown
 from rich.progress import Progress, TaskID
 
 from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.figures_options import Folder, Headless, JsonFile, check_folder
 
 
 def layered(
     quick: Annotated[
         bool, typer.Option("--quick", help="About two minutes: short walks, few loads.")
     ] = False,
-    folder: Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For everything.")] = Path(
-        "out/figures-layered"
-    ),
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all results.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; figures never do.")
-    ] = False,
+    folder: Folder = Path("out/figures-layered"),
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """Two robots on a bar: figures of Kim et al., loads survived, and times.
 
@@ -37,8 +32,7 @@ def layered(
         from palanquin.benchmarks.layered.report import reproduce
 
         check_writable("--json", json_file)
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"--out {folder} is a file; a folder is needed")
+        check_folder(folder)
         with Progress(console=err) as bar:
             tasks: dict[str, TaskID] = {}
 
