@@ -218,7 +218,7 @@ class FootholdAreas(Terrain):
         corners = np.concatenate([area.corners for area in self.areas])
         low, high = corners.min(axis=0) - _CELL, corners.max(axis=0) + _CELL
         x, y = (np.arange(a, b + _CELL, _CELL) for a, b in zip(low, high, strict=True))
-        every = np.arange(len(self.areas))
+        every = np.arange(len(self.areas))[None]
         columns = [
             self._excess(every, np.stack([np.full_like(y, along), y], axis=-1)).argsort(
                 axis=-1, kind="stable"
@@ -229,14 +229,15 @@ class FootholdAreas(Terrain):
 
     def _excess(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
         """By how much points [..., >= 2] miss the worst half-space of `areas` [..., n], m."""
-        lines = self._half_spaces[areas]
-        missed = (lines[..., :2] @ points[..., None, :2, None])[..., 0] + lines[..., 2]
-        return np.asarray(missed.max(axis=-1))
+        # Sides come first: maxima over a short last axis are slow.
+        a, b, c = self._half_spaces.T.take(areas, axis=-1)
+        missed = a * points[..., 0, None] + b * points[..., 1, None] + c
+        return np.asarray(missed.max(axis=0))
 
     def _heights(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Z of the planes of `areas` [..., n] at points [..., >= 2], m."""
-        planes = self._planes[areas]
-        return np.asarray(planes[..., 0] + (planes[..., 1:] * points[..., None, :2]).sum(axis=-1))
+        z0, ax, ay = self._planes.T.take(areas, axis=-1)
+        return np.asarray(z0 + ax * points[..., 0, None] + ay * points[..., 1, None])
 
     def _offers(self, points: np.ndarray) -> np.ndarray:
         """The point nearest to points [..., 3] in each of the areas around, [..., n, 3]."""
