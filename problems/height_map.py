@@ -33,6 +33,7 @@ TREND_WIDTH = 0.25
 _SPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 _DERIVATIVE = np.diag([1.0, 2.0, 3.0], k=1)
 _SPLINES = (_SPLINE, _DERIVATIVE @ _SPLINE, _DERIVATIVE @ _DERIVATIVE @ _SPLINE)
+_VALUE_AND_SLOPE = np.array(_SPLINES[:2])
 
 _REPEATED = 8  # coefficients beyond each edge
 
@@ -127,10 +128,10 @@ class HeightMap(Terrain):
         v = min(max((y - y0) / self.spacing, least), rows - 1 - least)
         column, row = math.floor(u) - 1 + _REPEATED, math.floor(v) - 1 + _REPEATED
         values = self._coefficients[row : row + 4, column : column + 4]
-        along, across = ([1.0, t, t * t, t * t * t] for t in (u % 1, v % 1))
-        zx = across @ _SPLINES[0] @ values @ (along @ _SPLINES[1])
-        zy = across @ _SPLINES[1] @ values @ (along @ _SPLINES[0])
-        return float(zx) / self.spacing, float(zy) / self.spacing
+        powers = np.array([[1.0, t, t * t, t * t * t] for t in (u % 1, v % 1)])
+        along, across = (powers @ _VALUE_AND_SLOPE).swapaxes(0, 1)
+        (_, zx), (zy, _) = (across @ values @ along.T).tolist()
+        return zx / self.spacing, zy / self.spacing
 
     def _coordinates(self, x: np.ndarray | float, y: np.ndarray | float) -> list[np.ndarray]:
         """(u, v), clipped to where the map has become level."""
