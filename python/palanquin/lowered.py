@@ -51,18 +51,17 @@ class NamedArray:
         return self.values[..., columns].reshape(*self.values.shape[:-1], *shape)
 
     def __setitem__(self, name: str, value: ArrayLike) -> None:
-        columns, shape = self._find(name)
-        target = (*self.values.shape[:-1], *shape)
+        target = self[name]
         array = np.asarray(value, dtype=float)
+        if not np.isfinite(array).all():
+            raise ProblemError(f"{self._what} '{name}' holds a value that is not finite")
         try:
-            array = np.broadcast_to(array, target)
+            target[...] = array
         except ValueError:
             raise ProblemError(
-                f"{self._what} '{name}' has shape {array.shape}; it must broadcast to {target}"
+                f"{self._what} '{name}' has shape {array.shape}; it must broadcast to "
+                f"{target.shape}"
             ) from None
-        if not np.all(np.isfinite(array)):
-            raise ProblemError(f"{self._what} '{name}' holds a value that is not finite")
-        self.values[..., columns] = array.reshape(*self.values.shape[:-1], -1)
 
     def __contains__(self, name: str) -> bool:
         return name in self._columns
