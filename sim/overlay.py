@@ -25,6 +25,9 @@ PUSH_OFFSET = np.array([0.0, 0.0, 0.15])
 _GHOST_DISTANCE = 0.02
 """A payload that stays nearer than this (m) needs no ghost, which would only veil it."""
 
+GHOST_SCALE = 0.97
+"""Of a ghost's size: faces that coincide with the payload's own would flicker through them."""
+
 
 def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
     """Add the plan of `tick` to `scene`: the payload's path and its pose at the horizon's end as a
@@ -82,7 +85,7 @@ def draw_ghost(scene: mujoco.MjvScene, pose: Array, payload: Payload) -> None:
     mujoco.mju_quat2Mat(matrix, pose[3:])
     matrix = (matrix.reshape(3, 3) @ frame).ravel()
     rgba = np.array((*PAYLOAD_PLAN[:3], 0.28), np.float32)
-    mujoco.mjv_initGeom(geom, kind, size, pose[:3], matrix, rgba)
+    mujoco.mjv_initGeom(geom, kind, GHOST_SCALE * size, pose[:3], matrix, rgba)
 
 
 def draw_arrow(scene: mujoco.MjvScene, start: Array, vector: Array, colour: Colour = FORCE) -> None:

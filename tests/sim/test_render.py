@@ -11,7 +11,7 @@ import pytest
 from palanquin.sim import graphics
 from palanquin.sim.errors import GraphicsError, InputError
 from palanquin.sim.figures import draw_figures
-from palanquin.sim.overlay import draw_ghost
+from palanquin.sim.overlay import GHOST_SCALE, draw_ghost
 from palanquin.sim.render import open_renderer, planned_motion, render_picture, render_video
 from palanquin.sim.team import Payload
 
@@ -120,4 +120,5 @@ def test_a_cylinders_ghost_lies_along_its_axis(trajectory):
         ghost = scene.geoms[0]
         np.testing.assert_allclose(ghost.mat[:, 2], np.array(list("xyz")) == axis)
         assert np.linalg.det(ghost.mat) > 0
-        np.testing.assert_allclose(ghost.size, [0.05, 0.05, 1.0], rtol=1e-6)
+        expected = GHOST_SCALE * np.array([0.05, 0.05, 1.0])
+        np.testing.assert_allclose(ghost.size, expected, rtol=1e-6)
