@@ -1,5 +1,7 @@
 """Errors of scenes, rollouts and pictures; messages name the field, the value and the rule."""
 
+from importlib import import_module
+
 from palanquin.errors import PalanquinError
 
 
@@ -13,3 +15,13 @@ class GraphicsError(PalanquinError, RuntimeError):
 
 class MissingExtraError(PalanquinError, ImportError):
     """An optional package is not installed; the message says how to get it."""
+
+
+def require_rerun() -> None:
+    """Raises MissingExtraError when rerun-sdk is not installed."""
+    try:
+        import_module("rerun")
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(
+            "rerun-sdk is not installed; `pip install palanquin[viz]` adds it"
+        ) from error

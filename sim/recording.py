@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from palanquin.sim.errors import MissingExtraError
+from palanquin.sim.errors import require_rerun
 from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.rollout import Rollout
 
@@ -17,12 +17,7 @@ def record(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> Non
 
     Raises MissingExtraError when rerun-sdk is not installed.
     """
-    try:
-        from palanquin.sim import rerun_log
-    except ModuleNotFoundError as error:
-        if error.name != "rerun":
-            raise
-        raise MissingExtraError(
-            "rerun-sdk is not installed; `pip install palanquin[viz]` adds it"
-        ) from error
+    require_rerun()
+    from palanquin.sim import rerun_log
+
     rerun_log.write(rollout, trajectory, path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from palanquin.sim.bar.run import BarRun
-from palanquin.sim.errors import MissingExtraError
+from palanquin.sim.errors import require_rerun
 
 
 def record(run: BarRun, path: Path) -> None:
@@ -18,12 +18,7 @@ def record(run: BarRun, path: Path) -> None:
 
     Raises MissingExtraError when rerun-sdk is not installed.
     """
-    try:
-        from palanquin.sim.bar import rerun_log
-    except ModuleNotFoundError as error:
-        if error.name != "rerun":
-            raise
-        raise MissingExtraError(
-            "rerun-sdk is not installed; `pip install palanquin[viz]` adds it"
-        ) from error
+    require_rerun()
+    from palanquin.sim.bar import rerun_log
+
     rerun_log.write(run, path)
