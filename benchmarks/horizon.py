@@ -13,6 +13,7 @@ from palanquin.benchmarks.tables import (
     print_limitations,
     print_machine,
     time_table,
+    work_table,
 )
 from palanquin.benchmarks.variant import Task, Variant, chosen_solvers
 
@@ -37,7 +38,8 @@ def report_horizon(results: dict[str, Any], folder: Path, console: Console) -> l
     """Prints the table and draws the plot; returns the pictures."""
     rows = results["rows"]
     console.print(time_table("Real-time iterations in closed loop, ms", rows))
-    console.print(phase_table("Medians, ms", rows))
+    console.print(phase_table("Medians of the phases, ms", rows))
+    console.print(work_table("Work and quality", rows))
     print_machine(console, results["machine"], results["revision"])
     print_limitations(console)
     path = folder / "rate-over-horizon.png"

@@ -1,4 +1,4 @@
-"""Measuring a list of tasks, each by several variants in turns."""
+"""Measuring variants, those of a team size in turns."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palanquin.benchmarks.rows import make_row
 from palanquin.benchmarks.runs import converged_cost, start_run
 from palanquin.benchmarks.store import RowStore
 from palanquin.benchmarks.turns import Record, take_turns
-from palanquin.benchmarks.variant import Task, Variant
+from palanquin.benchmarks.variant import Variant
 from palanquin.errors import ProblemError
 
 Row = dict[str, Any]
@@ -58,33 +58,38 @@ class Measurement:
     ) -> dict[str, Any]:
         """Measures; returns {"rows", "machine", "revision"}, rows in the order of `variants`.
 
-        Variants of one task and start take turns, and their rows are kept as soon as all of them
-        are done. `progress` is told how many steps have been done since the last call.
+        All variants of one team size and start take turns, so that ratios between them, and slopes
+        over horizons, mean something on a machine whose speed drifts. Their rows are kept as soon
+        as all of them are done. `progress` is told how many steps have been done since the last
+        call.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         revision = source_revision()
         machine = describe_machine(max((v.threads for v in variants), default=1))
         conditions = {"steps": self.steps, "seed": self.seed, "revision": revision}
         store = RowStore(self.folder / "rows.jsonl", conditions, self.resume)
-        for task, start in dict.fromkeys((v.task, v.start) for v in variants):
-            group = [v for v in variants if (v.task, v.start) == (task, start)]
+        for robots, start in dict.fromkeys((v.task.robots, v.start) for v in variants):
+            group = [v for v in variants if (v.task.robots, v.start) == (robots, start)]
             missing = [v for v in group if v.key not in store]
             progress(self.total(group) - self.total(missing))
             if missing:
-                announce(f"{task.robots} robots, {task.horizon} intervals, {start}")
-                self._measure(task, missing, store, lambda: progress(1))
+                announce(f"{robots} robots, {start}")
+                self._measure(missing, store, lambda: progress(1))
         rows = [store[v.key] for v in variants]
         return {"rows": rows, "machine": machine, "revision": revision}
 
     def _measure(
-        self, task: Task, variants: list[Variant], store: RowStore, progress: Callable[[], None]
+        self, variants: list[Variant], store: RowStore, progress: Callable[[], None]
     ) -> None:
-        """Variants of one task and start."""
+        """Variants of one team size and start."""
         is_warm = variants[0].start == "warm"
         steps, skip = self.steps_of(variants[0]), WARM_UP if is_warm else 0
         runs = {v: start_run(v, self.seed) for v in variants}
         records: dict[Variant, Record] = take_turns(runs, steps, TURN, skip, progress)
-        best = converged_cost(task, steps, skip, self.seed) if is_warm else None
+        best = {
+            task: converged_cost(task, steps, skip, self.seed) if is_warm else None
+            for task in dict.fromkeys(v.task for v in variants)
+        }
         for variant, record in records.items():
             flops = runs[variant].flops() if record.steps else None
-            store.add(variant.key, make_row(variant, record, best, flops))
+            store.add(variant.key, make_row(variant, record, best[variant.task], flops))

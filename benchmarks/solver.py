@@ -10,6 +10,7 @@ from rich.table import Table
 
 from palanquin.benchmarks.plots import plot_rate_over_horizon, plot_rate_over_robots
 from palanquin.benchmarks.tables import (
+    median,
     names_of,
     phase_table,
     print_limitations,
@@ -17,6 +18,7 @@ from palanquin.benchmarks.tables import (
     slope,
     speedup,
     time_table,
+    work_table,
 )
 from palanquin.benchmarks.variant import SOLVERS, Start, Task, Variant, chosen_solvers
 
@@ -26,6 +28,7 @@ ROBOTS = (1, 2, 3, 4)
 HORIZONS = (15, 20, 31)
 LONG_HORIZONS = (60, 120)
 DITCHES = 12
+FIGURES = ("solve_ms", "replay_ms")  # in the loop, and the same steps back to back
 
 _STARTS: tuple[Start, ...] = ("warm", "cold")
 
@@ -64,9 +67,12 @@ def report_solver(results: dict[str, Any], folder: Path, console: Console) -> li
         chosen = [row for row in rows if row["start"] == start]
         if chosen:
             console.print(time_table(f"{title}, ms", chosen))
-            console.print(phase_table(f"{title}, medians, ms", chosen))
+            console.print(phase_table(f"{title}, medians of the phases, ms", chosen))
+            console.print(work_table(f"{title}, work and quality", chosen))
     warm = [row for row in rows if row["start"] == "warm"]
     console.print(_ratio_table(warm))
+    if any(row["ditches"] for row in warm):
+        console.print(_ditch_table(warm))
     console.print(_slope_table(warm))
     print_machine(console, results["machine"], results["revision"])
     print_limitations(console)
@@ -86,23 +92,36 @@ def _structured(rows: list[Row], **where: Any) -> list[Row]:
 def _ratio_table(rows: list[Row]) -> Table:
     """How many times faster the structured solver is than each other, medians of the same run."""
     others = [solver for solver in SOLVERS if solver.qp != "structured"]
-    title = "Times faster than, and time with ditches : flat"
-    table = Table(title=title, box=None, padding=(0, 1, 0, 0))
+    table = Table(title="Times faster than", box=None, padding=(0, 1, 0, 0))
     for name in ("R x N", "solver"):
         table.add_column(name, no_wrap=True)
-    for name in (*(other.label for other in others), ": flat"):
-        table.add_column(name, justify="right")
+    for other in others:
+        table.add_column(other.label, justify="right")
     for row in _structured(rows):
         ratios = [speedup(row, rows, other) for other in others]
+        table.add_row(*names_of(row), *("" if r is None else f"{r:.1f}" for r in ratios))
+    return table
+
+
+def _ditch_table(rows: list[Row]) -> Table:
+    """Time over ditches relative to flat ground, medians of the same run."""
+    table = Table(title="Time with ditches : flat", box=None, padding=(0, 1, 0, 0))
+    for name in ("R x N", "solver"):
+        table.add_column(name, no_wrap=True)
+    for name in ("in the loop", "replay"):
+        table.add_column(name, justify="right")
+    for row in _structured(rows):
         same = {key: row[key] for key in ("robots", "horizon", "max_qps")}
         flat = _structured(rows, **same, ditches=0)
-        to_flat = row["solve_ms"]["p50"] / flat[0]["solve_ms"]["p50"] if flat else None
-        table.add_row(
-            *names_of(row),
-            *("" if r is None else f"{r:.1f}" for r in ratios),
-            "" if to_flat is None or not row["ditches"] else f"{to_flat:.2f}",
-        )  # fmt: skip
+        if row["ditches"] and flat:
+            ratios = [_ratio(row, flat[0], figure) for figure in FIGURES]
+            table.add_row(*names_of(row), *("" if r is None else f"{r:.2f}" for r in ratios))
     return table
+
+
+def _ratio(row: Row, other: Row, figure: str) -> float | None:
+    own, theirs = median(row, figure), median(other, figure)
+    return own / theirs if own and theirs else None
 
 
 def _slope_table(rows: list[Row]) -> Table:
@@ -110,14 +129,16 @@ def _slope_table(rows: list[Row]) -> Table:
     table = Table(title="Slope of log time, flat ground", box=None)
     for name in ("against", "at", "solver"):
         table.add_column(name)
-    table.add_column("slope", justify="right")
+    for name in ("in the loop", "replay"):
+        table.add_column(name, justify="right")
     for over, fixed, letter in (("horizon", "robots", "R"), ("robots", "horizon", "N")):
         for value in sorted({row[fixed] for row in rows}):
             for solver in (s for s in SOLVERS if s.qp == "structured"):
                 where = {fixed: value, "ditches": 0, "max_qps": solver.max_qps}
-                growth = slope(_structured(rows, **where), over)
-                if growth is not None:
-                    table.add_row(over, f"{letter} = {value}", solver.label, f"{growth:.2f}")
+                growth = [slope(_structured(rows, **where), over, figure) for figure in FIGURES]
+                if growth[0] is not None:
+                    cells = ("" if g is None else f"{g:.2f}" for g in growth)
+                    table.add_row(over, f"{letter} = {value}", solver.label, *cells)
     return table
 
 

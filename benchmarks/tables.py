@@ -19,7 +19,7 @@ LIMITATIONS = (
     "Times are the solver's own: transcribe, linearise, update, solve, globalise. References, warm "
     "start and arrays, made in Python, come on top (column Python).",
     "Column replay is the median of the same steps taken again back to back, as a loop without "
-    "Python takes them: the processor's caches are warm.",
+    "Python takes them: the processor's caches are warm. x: times faster than osqp paper, 1 QP.",
     "Column feedb. is what follows the measurement when a step is taken in two phases, the rest "
     "before it.",
     "OSQP stops at its tolerance (1e-3, cold 1e-5), the others solve QPs exactly. Column cost + is "
@@ -36,56 +36,76 @@ def solver_of(row: Row) -> Solver:
 
 
 def time_table(title: str, rows: list[Row]) -> Table:
-    """Quantiles of the step in ms; "x paper": how many times faster than `PAPER_SOLVER`."""
-    table = _table(title, ("p50", "p95", "p99", "max", "Hz", "x paper", "replay", "failed"))
+    """Quantiles of the step in ms, and the median of steps taken again back to back.
+
+    "x" after either: how many times faster than `PAPER_SOLVER` in the same figure.
+    """
+    table = _table(title, ("p50", "p95", "p99", "max", "x", "replay", "x"))
     for row in rows:
         if row["solve_ms"] is None:
             table.add_row(*names_of(row), "failed:", row["error"])
             continue
-        failed = f"{row['failed_steps']}/{row['steps']}" if row["error"] else ""
         table.add_row(
             *names_of(row),
             *(f"{row['solve_ms'][q]:.3g}" for q in ("p50", "p95", "p99", "max")),
-            f"{row['rate_hz']:.0f}",
             _number(speedup(row, rows, PAPER_SOLVER), "{:.1f}"),
-            _number(row["replay_ms"] and row["replay_ms"]["p50"], "{:.3g}"),
-            failed,
+            _number(median(row, "replay_ms"), "{:.3g}"),
+            _number(speedup(row, rows, PAPER_SOLVER, "replay_ms"), "{:.1f}"),
         )
     return table
 
 
 def phase_table(title: str, rows: list[Row]) -> Table:
-    """Where the time goes, what is on top of it, and how good the plans are."""
-    phases = SQP_PHASES
-    names = ("transcr.", "lin.", "update", "solve", "glob.", "feedb.", "Python", "QPs", "cost +")
-    table = _table(title, (*names, "MFLOP", "GFLOPS"))
+    """Where the solver's time goes, and what of it comes after the measurement."""
+    table = _table(title, ("transcr.", "lin.", "update", "solve", "glob.", "feedb."))
     for row in rows:
         if row["solve_ms"] is not None:
             table.add_row(
                 *names_of(row),
-                *(f"{row['phases_ms'][phase]:.3f}" for phase in phases),
+                *(f"{row['phases_ms'][phase]:.3f}" for phase in SQP_PHASES),
                 _number(row["feedback_ms"], "{:.3f}"),
-                f"{row['python_ms']:.1f}",
-                f"{row['qps']:.0f}",
-                _number(row["cost_excess"], "{:.1e}"),
-                _number(row["mflop"], "{:.2f}"),
-                _number(row["gflops"], "{:.1f}"),
             )
     return table
 
 
-def speedup(row: Row, rows: list[Row], other: Solver) -> float | None:
+def work_table(title: str, rows: list[Row]) -> Table:
+    """Rate, what Python adds, the work in a step, and how good the plans are."""
+    names = ("Hz", "Python", "QPs", "MFLOP", "GFLOPS", "cost +", "failed")
+    table = _table(title, names)
+    for row in rows:
+        if row["solve_ms"] is not None:
+            table.add_row(
+                *names_of(row),
+                f"{row['rate_hz']:.0f}",
+                f"{row['python_ms']:.1f}",
+                f"{row['qps']:.0f}",
+                _number(row["mflop"], "{:.2f}"),
+                _number(row["gflops"], "{:.1f}"),
+                _number(row["cost_excess"], "{:.1e}"),
+                f"{row['failed_steps']}/{row['steps']}" if row["error"] else "",
+            )
+    return table
+
+
+def median(row: Row, figure: str = "solve_ms") -> float | None:
+    """Median of a row's `figure`, ms: "solve_ms" in the loop, "replay_ms" back to back."""
+    return float(row[figure]["p50"]) if row.get(figure) else None
+
+
+def speedup(row: Row, rows: list[Row], other: Solver, figure: str = "solve_ms") -> float | None:
     """How many times faster than `other` on the same task and start, medians; None without it."""
     same = ("robots", "horizon", "ditches", "start", "threads")
+    own = median(row, figure)
     for peer in rows:
-        if solver_of(peer) == other and all(peer[k] == row[k] for k in same) and peer["solve_ms"]:
-            return float(peer["solve_ms"]["p50"] / row["solve_ms"]["p50"])
+        if solver_of(peer) == other and all(peer[k] == row[k] for k in same):
+            theirs = median(peer, figure)
+            return theirs / own if own and theirs else None
     return None
 
 
-def slope(rows: list[Row], over: str) -> float | None:
-    """Least-squares slope of log(p50) against log(row[over]); None for fewer than two values."""
-    points = [(row[over], row["solve_ms"]["p50"]) for row in rows if row["solve_ms"]]
+def slope(rows: list[Row], over: str, figure: str = "solve_ms") -> float | None:
+    """Least-squares slope of log(median) against log(row[over]); None for fewer than two values."""
+    points = [(row[over], time) for row in rows if (time := median(row, figure))]
     if len({x for x, _ in points}) < 2:
         return None
     x, y = np.log(np.array(points, dtype=float)).T

@@ -34,7 +34,7 @@ def build_team(robots: int) -> Team:
     return Team(Payload(mass=8.0 * robots), carriers)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=16)
 def build_problem(task: Task) -> Problem:
     """The task's optimal control problem."""
     return build_clm(build_team(task.robots), task.horizon, PERIOD, ditches=task.ditches)

@@ -15,7 +15,13 @@ from typer.testing import CliRunner
 from palanquin.benchmarks.replay import RecordingSqp, Replay
 from palanquin.benchmarks.rows import make_row, quantiles
 from palanquin.benchmarks.runs import Step
-from palanquin.benchmarks.tables import slope, speedup, time_table
+from palanquin.benchmarks.tables import (
+    phase_table,
+    slope,
+    speedup,
+    time_table,
+    work_table,
+)
 from palanquin.benchmarks.trot import ClosedLoop, make_planner
 from palanquin.benchmarks.turns import Record, take_turns
 from palanquin.benchmarks.variant import PAPER_SOLVER, SOLVERS, Solver, Task, Variant
@@ -263,6 +269,27 @@ def test_speedups_compare_equal_tasks():
     assert speedup(mine[0], rows, PAPER_SOLVER) == pytest.approx(50)
     assert speedup(mine[1], rows, PAPER_SOLVER) is None
     assert speedup(mine[0], rows, Solver("ldl", "paper")) is None
+
+
+def test_either_figure_is_compared():
+    mine = [{**row, "replay_ms": {"p50": 0.1}} for row in rows_of({15: 0.2})]
+    paper = [{**row, "replay_ms": {"p50": 4.0}} for row in rows_of({15: 10.0}, PAPER_SOLVER)]
+    assert speedup(mine[0], [*mine, *paper], PAPER_SOLVER, "replay_ms") == pytest.approx(40)
+    unknown = [{**row, "replay_ms": None} for row in paper]
+    assert speedup(mine[0], [*mine, *unknown], PAPER_SOLVER, "replay_ms") is None
+
+
+def test_tables_fit_a_terminal_of_80_columns():
+    variant = Variant(Task(2, 31, 12), PAPER_SOLVER)
+    row = make_row(variant, Record([step(123.456)]), converged_cost=1.0, qp_flops=22.2e6)
+    row |= {"replay_ms": row["solve_ms"], "error": "once", "failed_steps": 1, "feedback_ms": 99.123}
+    row["phases_ms"] = dict.fromkeys(SQP_PHASES, 99.123)
+    console = Console(record=True, width=80)
+    for table in (time_table, phase_table, work_table):
+        console.print(table("title", [row]))
+    text = console.export_text()
+    assert "\u2026" not in text
+    assert all(len(line) <= 80 for line in text.splitlines())
 
 
 def test_variants_have_keys_of_their_own():
