@@ -45,18 +45,9 @@ void LoweredProblem::parse_manifest(const std::string& text) {
       words >> b.name >> manifold >> b.size >> kind >> b.chart_size;
       b.is_quaternion = manifold == "quaternion";
       b.is_state = kind == "state";
-      b.tangent_size = b.is_quaternion ? 3 : b.size;
-      b.offset = nz_;
-      b.tangent_offset = ndz_;
       b.slope_offset = slopes;
       slopes += b.size * b.chart_size;
-      nz_ += b.size;
-      ndz_ += b.tangent_size;
-      if (b.is_state) {
-        nx_ += b.size;
-        ndx_ += b.tangent_size;
-      }
-      blocks_.push_back(b);
+      add_block(b);
     } else if (key == "parameter") {
       ParameterInfo p;
       words >> p.name >> p.size;
@@ -83,6 +74,26 @@ void LoweredProblem::parse_manifest(const std::string& text) {
     if (words.fail())
       throw std::runtime_error("'" + path() + "': malformed manifest line '" + line + "'");
   }
+}
+
+/// Appends a block to the knot vector.
+void LoweredProblem::add_block(BlockInfo block) {
+  block.tangent_size = block.is_quaternion ? 3 : block.size;
+  block.offset = nz_;
+  block.tangent_offset = ndz_;
+  nz_ += block.size;
+  ndz_ += block.tangent_size;
+  if (block.is_state) {
+    nx_ += block.size;
+    ndx_ += block.tangent_size;
+  }
+  if (block.is_quaternion)
+    quaternions_.push_back(block);
+  else if (blocks_.empty() || blocks_.back().is_quaternion)
+    vector_runs_.push_back({block.offset, block.tangent_offset, block.size});
+  else
+    vector_runs_.back().size += block.size;
+  blocks_.push_back(std::move(block));
 }
 
 int LoweredProblem::row_count(StageKind stage, RowKind kind) const {

@@ -14,10 +14,17 @@ Vector4 quaternion_multiply(const Vector4& a, const Vector4& b) {
 Vector4 quaternion_conjugate(const Vector4& q) { return {q[0], -q[1], -q[2], -q[3]}; }
 
 Vector4 quaternion_exp(const Vector3& v) {
-  const double angle = v.norm();
-  // sin(t/2)/t to fourth order where the quotient loses digits.
-  const double half_sinc =
-      angle < 1e-4 ? 0.5 - angle * angle / 48.0 : std::sin(0.5 * angle) / angle;
+  // The series of cos and of sin(t)/t in t^2, t half the angle; their errors are below 3e-17 here.
+  // Most steps are that small, and the series are several times faster.
+  const double t2 = 0.25 * v.squaredNorm();
+  if (t2 < 0.01) {
+    const double cosine =
+        1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
+    const double sinc = 1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0 * (1.0 - t2 / 72.0)));
+    return {cosine, 0.5 * sinc * v[0], 0.5 * sinc * v[1], 0.5 * sinc * v[2]};
+  }
+  const double angle = 2.0 * std::sqrt(t2);
+  const double half_sinc = std::sin(0.5 * angle) / angle;
   return {std::cos(0.5 * angle), half_sinc * v[0], half_sinc * v[1], half_sinc * v[2]};
 }
 

@@ -21,16 +21,13 @@ RowMatrix neutral_trajectory(const LoweredProblem& problem, int horizon) {
 
 void retract(const LoweredProblem& problem, const double* z, const double* dz, double alpha,
              double* moved) {
-  for (const BlockInfo& b : problem.blocks()) {
-    const double* from = z + b.offset;
-    const double* step = dz + b.tangent_offset;
-    double* to = moved + b.offset;
-    if (b.is_quaternion) {
-      Eigen::Map<Vector4> result(to);
-      result = quaternion_plus(quaternion_at(from), alpha * Eigen::Map<const Vector3>(step));
-    } else {
-      for (int i = 0; i < b.size; ++i) to[i] = from[i] + alpha * step[i];
-    }
+  for (const VectorRun& run : problem.vector_runs())
+    for (int i = 0; i < run.size; ++i)
+      moved[run.offset + i] = z[run.offset + i] + alpha * dz[run.tangent_offset + i];
+  for (const BlockInfo& b : problem.quaternions()) {
+    const Eigen::Map<const Vector3> step(dz + b.tangent_offset);
+    Eigen::Map<Vector4> result(moved + b.offset);
+    result = quaternion_plus(quaternion_at(z + b.offset), alpha * step);
   }
 }
 

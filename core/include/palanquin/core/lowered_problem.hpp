@@ -25,6 +25,14 @@ struct BlockInfo {
   int slope_offset = 0;    ///< of its [size x chart_size] column-major slope in chart's 2nd result
 };
 
+/// Neighbouring blocks that move as one vector: entries `offset` on of the knot vector z by those
+/// of `tangent_offset` on in a step dz.
+struct VectorRun {
+  int offset = 0;
+  int tangent_offset = 0;
+  int size = 0;
+};
+
 /// A named group of run-time parameters.
 struct ParameterInfo {
   std::string name;
@@ -58,6 +66,9 @@ class LoweredProblem {
   const std::string& name() const { return name_; }
   const std::string& path() const { return library_.path(); }
   const std::vector<BlockInfo>& blocks() const { return blocks_; }
+  /// All blocks that are no quaternions, and those that are.
+  const std::vector<VectorRun>& vector_runs() const { return vector_runs_; }
+  const std::vector<BlockInfo>& quaternions() const { return quaternions_; }
   const std::vector<ParameterInfo>& parameters() const { return parameters_; }
   const std::vector<RowGroup>& rows(StageKind stage, RowKind kind) const {
     return rows_[static_cast<std::size_t>(stage)][static_cast<std::size_t>(kind)];
@@ -84,10 +95,12 @@ class LoweredProblem {
 
  private:
   void parse_manifest(const std::string& text);
+  void add_block(BlockInfo block);
 
   LoweredLibrary library_;
   std::string name_;
-  std::vector<BlockInfo> blocks_;
+  std::vector<BlockInfo> blocks_, quaternions_;
+  std::vector<VectorRun> vector_runs_;
   std::vector<ParameterInfo> parameters_;
   std::array<std::array<std::vector<RowGroup>, 3>, 2> rows_;
   int nz_ = 0, ndz_ = 0, nx_ = 0, ndx_ = 0, np_ = 0;
