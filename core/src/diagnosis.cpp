@@ -6,24 +6,10 @@
 #include <stdexcept>
 
 #include "knot_buffers.hpp"
+#include "palanquin/core/finite.hpp"
 #include "palanquin/core/transcription.hpp"
 
 namespace palanquin {
-
-namespace {
-/// 0 * x is 0 for every finite x and NaN otherwise; four sums, so that additions overlap.
-bool all_finite(const double* values, std::size_t size) {
-  double sum[4] = {0.0, 0.0, 0.0, 0.0};
-  for (std::size_t i = 0; i < size; ++i) sum[i % 4] += 0.0 * values[i];
-  return sum[0] + sum[1] + sum[2] + sum[3] == 0.0;
-}
-bool all_finite(const std::vector<double>& values) {
-  return all_finite(values.data(), values.size());
-}
-bool all_finite(const Eigen::VectorXd& values) {
-  return all_finite(values.data(), static_cast<std::size_t>(values.size()));
-}
-}  // namespace
 
 bool Transcription::has_finite_values(int knot) const {
   const auto i = static_cast<std::size_t>(knot);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "palanquin/core/finite.hpp"
 #include "palanquin/core/stage_qp_check.hpp"
 
 namespace palanquin {
@@ -37,12 +38,6 @@ void scatter(const SparseBlock& block, int fixed_columns, const std::vector<int>
   const int first = block.column_start[std::min(fixed_columns, block.cols)];
   const double* values = block.values.data() + first;
   for (std::size_t i = 0; i < map.size(); ++i) target[map[i]] = sign * values[i];
-}
-
-bool all_finite(const double* values, std::size_t size) {
-  // 0 * v is NaN for an infinite or NaN v, and 0 for any other.
-  const Eigen::Map<const Eigen::ArrayXd> v(values, static_cast<Eigen::Index>(size));
-  return size == 0 || (0.0 * v).sum() == 0.0;
 }
 
 }  // namespace
@@ -240,10 +235,8 @@ void FlatQp::substitute_initial_state(const StageQp& qp, const PenaltyModel& mod
 }
 
 bool FlatQp::is_finite() const {
-  return all_finite(hessian.values.data(), hessian.values.size()) &&
-         all_finite(constraints.values.data(), constraints.values.size()) &&
-         all_finite(gradient.data(), gradient.size()) &&
-         all_finite(right_side.data(), right_side.size());
+  return all_finite(hessian.values) && all_finite(constraints.values) && all_finite(gradient) &&
+         all_finite(right_side);
 }
 
 void FlatQp::pack(const StageQpSolution& solution, double* z, double* y) const {

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "palanquin/core/finite.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "setting_rules.hpp"
 #include "stopwatch.hpp"
@@ -21,7 +22,7 @@ const SqpSettings& checked(const SqpSettings& settings) {
 
 /// "block 'x' (knot 3)" of the first value that is not finite; empty if all are.
 std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& trajectory) {
-  if (trajectory.allFinite()) return "";
+  if (all_finite(trajectory)) return "";
   for (Eigen::Index k = 0; k < trajectory.rows(); ++k)
     for (const BlockInfo& b : problem.blocks())
       if (!trajectory.row(k).segment(b.offset, b.size).allFinite())
