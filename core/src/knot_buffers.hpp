@@ -1,11 +1,16 @@
 #pragma once
 
+#include <array>
+#include <set>
 #include <vector>
 
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/transcription.hpp"
 
 namespace palanquin {
+
+/// An int as a standard container counts.
+inline std::size_t size_of(int count) { return static_cast<std::size_t>(count); }
 
 /// Values of the lowered functions at one knot.
 struct Transcription::KnotBuffers {
@@ -39,19 +44,33 @@ struct Transcription::ExactBuffers {
   CurvatureMirror mirror;
 };
 
-/// Roles, chart flags and active flags of one knot, as the lowered function `structure` gives them.
-struct Transcription::Flags {
-  explicit Flags(const LoweredProblem& problem);
-  void evaluate(const LoweredProblem& problem, const double* parameters, FunctionWorkspace& w);
-  const std::vector<double>& active(StageKind stage, RowKind kind) const {
-    return active_[static_cast<std::size_t>(stage) * 3 + static_cast<std::size_t>(kind)];
+/// Roles, chart flags and active flags of knots, as the lowered function `structure` gives them.
+/// Each combination is kept once, so that equal ones have one address.
+class Transcription::FlagTable {
+ public:
+  explicit FlagTable(const LoweredProblem& problem);
+  /// The flags for a knot's `parameters`; `last`, which is tried first, may be null. Allocates only
+  /// when the combination is new. Throws std::invalid_argument for a role that does not exist.
+  const Flags* read(int knot, const double* parameters, const Flags* last, FunctionWorkspace& w);
+
+  const double* roles(const Flags& f) const { return f.data(); }                // [blocks]
+  const double* charted(const Flags& f) const { return f.data() + start_[1]; }  // [blocks]
+  const double* active(const Flags& f, StageKind stage, RowKind kind) const {   // [groups]
+    return f.data() +
+           start_[2 + static_cast<std::size_t>(stage) * 3 + static_cast<std::size_t>(kind)];
   }
 
-  std::vector<double> role, charted;  // [blocks]
-
  private:
-  std::array<std::vector<double>, 5>
-      active_;  // per stage and kind, the terminal stage has no links
+  void check_roles(int knot) const;
+  static int compare(const Flags& a, const Flags& b);
+  struct Order {
+    bool operator()(const Flags& a, const Flags& b) const { return compare(a, b) < 0; }
+  };
+
+  const LoweredProblem& problem_;
+  std::array<std::size_t, 8> start_{};  // of the results in the flags; the last one: their end
+  std::set<Flags, Order> kept_;
+  Flags values_;  // those read last
 };
 
 }  // namespace palanquin

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <string_view>
 
 namespace palanquin {
 
@@ -256,44 +255,41 @@ void size_values(QpStage& stage) {
   stage.link_value = Eigen::VectorXd::Zero(stage.link_jacobian.rows);
 }
 
-void append_key(std::vector<char>& key, const KnotSignature* s) {
-  key.push_back(s == nullptr ? '\1' : '\2');
-  if (s == nullptr) return;
-  key.push_back(static_cast<char>(s->stage));
-  for (Role r : s->role) key.push_back(static_cast<char>(r));
-  key.insert(key.end(), s->charted.begin(), s->charted.end());
-  for (const auto& flags : s->active) key.insert(key.end(), flags.begin(), flags.end());
+void list_blocks(const LoweredProblem& problem, KnotShape& shape) {
+  const auto& blocks = problem.blocks();
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
+    const KnotShape::Entries entries{blocks[b].offset, blocks[b].size};
+    const Role role = shape.signature.role[b];
+    if (role == Role::Fixed || role == Role::Carried) shape.held.push_back(entries);
+    if (role == Role::Absent) shape.absent.push_back(entries);
+    if (shape.signature.charted[b]) shape.charted.push_back(entries);
+  }
 }
 
 }  // namespace
 
-std::size_t ShapeTable::KeyHash::operator()(const std::vector<char>& key) const {
-  return std::hash<std::string_view>{}({key.data(), key.size()});
+const KnotSignature* ShapeTable::keep(const KnotSignature& signature) {
+  return &*signatures_.insert(signature).first;
 }
 
-const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSignature& knot,
-                                  const KnotSignature* next, const std::vector<char>& is_hard) {
-  key_.clear();
-  append_key(key_, previous);
-  append_key(key_, &knot);
-  append_key(key_, next);
-  key_.insert(key_.end(), is_hard.begin(), is_hard.end());
-  auto found = shapes_.find(key_);
-  if (found == shapes_.end()) {
-    auto shape = make(previous, knot, next, is_hard);
+const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSignature* knot,
+                                  const KnotSignature* next) {
+  std::unique_ptr<KnotShape>& shape = shapes_[{previous, knot, next}];
+  if (shape == nullptr) {
+    shape = make(previous, *knot, next);
     static std::atomic<int> next_pattern{0};
     shape->pattern.pattern = next_pattern++;
-    found = shapes_.emplace(key_, std::move(shape)).first;
   }
-  return *found->second;
+  return *shape;
 }
 
 std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
-                                            const KnotSignature& knot, const KnotSignature* next,
-                                            const std::vector<char>& is_hard) const {
+                                            const KnotSignature& knot,
+                                            const KnotSignature* next) const {
   auto shape = std::make_unique<KnotShape>();
   shape->signature = knot;
   shape->columns = ColumnMap(*problem_, knot);
+  list_blocks(*problem_, *shape);
   const ColumnMap& columns = shape->columns;
   QpStage& stage = shape->pattern;
   stage.nx = columns.nx;
@@ -315,9 +311,9 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
   auto any = [](std::size_t) { return true; };
   shape->equality_rows = active_rows(equalities, knot.active[0], any);
   shape->penalty_rows =
-      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return !is_hard[g]; });
-  shape->inequality_rows =
-      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return is_hard[g] != 0; });
+      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return !knot.is_hard[g]; });
+  shape->inequality_rows = active_rows(inequalities, knot.active[1],
+                                       [&](std::size_t g) { return knot.is_hard[g] != 0; });
   build_rows(linear.result(first + 3), columns, shape->penalty_rows, stage.penalty_jacobian,
              shape->penalty);
   build_rows(linear.result(first + 3), columns, shape->inequality_rows, stage.inequality_jacobian,

@@ -6,14 +6,13 @@
 #include <utility>
 
 #include "knot_buffers.hpp"
+#include "palanquin/core/finite.hpp"
 #include "palanquin/core/manifold.hpp"
 
 namespace palanquin {
 
 namespace {
 constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no direction
-
-std::size_t size_of(int count) { return static_cast<std::size_t>(count); }
 
 /// Entries of a result of running_linear or of its counterpart at the terminal knot, where results
 /// of the dynamics (d before, its two Jacobians behind the values) are missing.
@@ -52,7 +51,7 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
       form_(form),
       table_(*problem_, exact_.get()),
       pool_(threads),
-      flags_(std::make_unique<Flags>(*problem_)) {
+      flag_table_(std::make_unique<FlagTable>(*problem_)) {
   if (horizon < 1)
     throw std::invalid_argument("horizon is " + std::to_string(horizon) + "; at least 1 is needed");
   const auto knots = static_cast<std::size_t>(horizon + 1);
@@ -63,7 +62,8 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
   }
   parameters_ = RowMatrix::Zero(horizon + 1, problem_->np());
   measured_ = neutral_trajectory(*problem_, 0).row(0);
-  signatures_.resize(knots);
+  flags_.assign(knots, nullptr);
+  signatures_.assign(knots, nullptr);
   shapes_.assign(knots, nullptr);
   qp_.stages.resize(knots);
   buffers_.assign(knots, KnotBuffers(*problem_));
@@ -108,6 +108,7 @@ void Transcription::set_policy(const std::string& family, const Policy& policy) 
                                 family + "'; it has " + known);
   // Stages copy their rows' policies when they take on a shape.
   for (QpStage& stage : qp_.stages) stage.pattern = -1;
+  resolved_.clear();
   shapes_stale_ = true;
 }
 
@@ -127,15 +128,16 @@ void Transcription::set_parameters(MatrixView parameters) {
                                 ", " + std::to_string(parameters.cols()) + "]; [" +
                                 std::to_string(horizon_ + 1) + ", " +
                                 std::to_string(problem_->np()) + "] is needed");
-  if ((0.0 * parameters).sum() != 0.0)  // NaN; several times faster than allFinite
+  for (int k = 0; k <= horizon_; ++k) {
+    if (all_finite(parameters.row(k).data(), parameters_.cols())) continue;
     for (const ParameterInfo& p : problem_->parameters())
-      for (int k = 0; k <= horizon_; ++k)
-        if (!parameters.row(k).segment(p.offset, p.size).allFinite())
-          throw std::invalid_argument("parameter '" + p.name + "' at knot " + std::to_string(k) +
-                                      " holds a value that is not finite");
-  parameters_ = parameters;
-  resolve_signatures();
-  shapes_stale_ = true;
+      if (!all_finite(parameters.row(k).data() + p.offset, p.size))
+        throw std::invalid_argument("parameter '" + p.name + "' at knot " + std::to_string(k) +
+                                    " holds a value that is not finite");
+  }
+  for (int k = 0; k <= horizon_; ++k)
+    std::copy_n(parameters.row(k).data(), parameters_.cols(), parameters_.row(k).data());
+  read_flags();
 }
 
 void Transcription::set_measured(VectorView measured) {
@@ -154,172 +156,48 @@ void Transcription::set_measured(VectorView measured) {
     if (b.is_quaternion) measured_.segment(b.offset, b.size).normalize();
 }
 
-// ---- roles ------------------------------------------------------------------------------------
-
-Transcription::Flags::Flags(const LoweredProblem& problem)
-    : role(problem.blocks().size()), charted(problem.blocks().size()) {
-  for (StageKind stage : {StageKind::Running, StageKind::Terminal})
-    for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link})
-      if (const auto i = static_cast<std::size_t>(stage) * 3 + static_cast<std::size_t>(kind);
-          i < active_.size())
-        active_[i].resize(problem.rows(stage, kind).size());
-}
-
-void Transcription::Flags::evaluate(const LoweredProblem& problem, const double* parameters,
-                                    FunctionWorkspace& w) {
-  w.arguments[0] = parameters;
-  w.results[0] = role.data();
-  w.results[1] = charted.data();
-  for (std::size_t i = 0; i < active_.size(); ++i) w.results[i + 2] = active_[i].data();
-  problem.structure(w);
-}
-
-void Transcription::resolve_signatures() {
-  const auto& blocks = problem_->blocks();
-  for (int k = 0; k <= horizon_; ++k) {
-    flags_->evaluate(*problem_, parameters_at(k), workspaces_.front());
-    KnotSignature& s = signatures_[static_cast<std::size_t>(k)];
-    s.stage = k == horizon_ ? StageKind::Terminal : StageKind::Running;
-    s.role.resize(blocks.size());
-    s.charted.resize(blocks.size());
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      s.role[b] = resolve_role(k, b);
-      // A carried block moves in the coordinates of the knot where its chain begins.
-      const bool is_charted = s.role[b] == Role::Carried
-                                  ? signatures_[static_cast<std::size_t>(k - 1)].charted[b] != 0
-                                  : flags_->charted[b] != 0.0;
-      const bool has_columns =
-          s.role[b] == Role::Input || s.role[b] == Role::Local || s.role[b] == Role::Carried;
-      s.charted[b] = is_charted && has_columns && form_ == Form::Reduced;
-    }
-    for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link}) {
-      const auto& groups = problem_->rows(s.stage, kind);
-      auto& active = s.active[static_cast<std::size_t>(kind)];
-      active.resize(groups.size());
-      for (std::size_t g = 0; g < groups.size(); ++g)
-        active[g] = flags_->active(s.stage, kind)[g] != 0.0 &&
-                    !(groups[g].implied && form_ == Form::Reduced);
-    }
-  }
-  // What the next knot carries must meet the dynamics here: a local becomes an input.
-  for (int k = horizon_ - 1; k >= 0; --k)
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      KnotSignature& s = signatures_[static_cast<std::size_t>(k)];
-      if (signatures_[static_cast<std::size_t>(k + 1)].role[b] == Role::Carried &&
-          s.role[b] == Role::Local)
-        s.role[b] = Role::Input;
-    }
-}
-
-/// The role of a block at a knot, those of the knot before being resolved.
-Role Transcription::resolve_role(int knot, std::size_t b) const {
-  const BlockInfo& block = problem_->blocks()[b];
-  if (block.is_state) return Role::State;
-  const double code = flags_->role[b];
-  if (!(code == 0.0 || code == 1.0 || code == 2.0 || code == 3.0))
-    throw std::invalid_argument("role of '" + block.name + "' at knot " + std::to_string(knot) +
-                                " is " + std::to_string(code) +
-                                "; it must be 0 (input), 1 (carried), 2 (local) or 3 (absent)");
-  if (knot == horizon_) return Role::Absent;
-  if (form_ == Form::Paper) return Role::Input;
-  const auto role = static_cast<Role>(static_cast<int>(code));
-  if (role != Role::Carried) return role;
-  // A chain that starts before the horizon, or at a block held at zero, is known throughout.
-  if (knot == 0) return Role::Fixed;
-  const Role before = signatures_[static_cast<std::size_t>(knot - 1)].role[b];
-  return before == Role::Fixed || before == Role::Absent ? Role::Fixed : Role::Carried;
-}
-
-void Transcription::resolve_shapes() {
-  if (!shapes_stale_) return;
-  shapes_stale_ = false;
-  for (int k = 0; k <= horizon_; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    const KnotSignature& s = signatures_[i];
-    shapes_[i] = &table_.find(k > 0 ? &signatures_[i - 1] : nullptr, s,
-                              k < horizon_ ? &signatures_[i + 1] : nullptr,
-                              is_hard_[static_cast<int>(s.stage)]);
-  }
-  for (int k = 0; k <= horizon_; ++k) {
-    QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
-    if (stage.pattern >= 0 && stage.pattern != shape(k).pattern.pattern)
-      idle_[stage.pattern].push_back(std::move(stage));
-  }
-  for (int k = 0; k <= horizon_; ++k) {
-    QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
-    if (stage.pattern == shape(k).pattern.pattern) continue;
-    take_on(stage, shape(k));
-    ++qp_.structure_revision;
-  }
-  qp_.initial_state.resize(qp_.stages.front().nx);
-}
-
-/// Gives a knot's stage the patterns of its shape: those of a stage that had it before, so that
-/// a moving gait does not allocate, or a copy.
-void Transcription::take_on(QpStage& stage, const KnotShape& shape) {
-  std::vector<QpStage>& idle = idle_[shape.pattern.pattern];
-  if (idle.empty()) {
-    stage = shape.pattern;
-  } else {
-    stage = std::move(idle.back());
-    idle.pop_back();
-  }
-  const StageKind kind = shape.signature.stage;
-  const auto& groups = problem_->rows(kind, RowKind::Inequality);
-  std::size_t g = 0;
-  for (std::size_t row = 0; row < shape.penalty_rows.size(); ++row) {
-    while (shape.penalty_rows[row] >= groups[g].offset + groups[g].size) ++g;
-    stage.penalty_policy[row] = policies_[static_cast<int>(kind)][g];
-  }
-}
-
 // ---- projection -------------------------------------------------------------------------------
 
 /// Moves charted blocks of a knot onto their surfaces.
 void Transcription::embed(RowMatrix& trajectory, int knot) const {
-  const KnotSignature& s = signatures_[static_cast<std::size_t>(knot)];
-  if (std::none_of(s.charted.begin(), s.charted.end(), [](char c) { return c != 0; })) return;
+  const std::vector<KnotShape::Entries>& charted = shape(knot).charted;
+  if (charted.empty()) return;
   KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  double* z = trajectory.row(knot).data();
   FunctionWorkspace& w = workspaces_.front();
-  w.arguments[0] = trajectory.row(knot).data();
+  w.arguments[0] = z;
   w.arguments[1] = parameters_at(knot);
   w.results[0] = out.embedded.data();
   w.results[1] = out.unused_slopes.data();
   problem_->chart(w);
-  const auto& blocks = problem_->blocks();
-  for (std::size_t b = 0; b < blocks.size(); ++b)
-    if (s.charted[b])
-      std::copy_n(out.embedded.data() + blocks[b].offset, blocks[b].size,
-                  trajectory.row(knot).data() + blocks[b].offset);
+  for (const KnotShape::Entries& block : charted)
+    for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = out.embedded[size_of(i)];
 }
 
-void Transcription::project(RowMatrix& trajectory) const {
+void Transcription::project(RowMatrix& trajectory) {
   if (trajectory.rows() != horizon_ + 1 || trajectory.cols() != problem_->nz())
     throw std::invalid_argument("trajectory has shape [" + std::to_string(trajectory.rows()) +
                                 ", " + std::to_string(trajectory.cols()) + "]; [" +
                                 std::to_string(horizon_ + 1) + ", " +
                                 std::to_string(problem_->nz()) + "] is needed");
-  const auto& blocks = problem_->blocks();
+  resolve_shapes();
+  const double* before = measured_.data();
   for (int k = 0; k <= horizon_; ++k) {
-    const KnotSignature& s = signatures_[static_cast<std::size_t>(k)];
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      const BlockInfo& info = blocks[b];
-      auto value = trajectory.row(k).segment(info.offset, info.size);
-      if (info.is_quaternion) {
-        if (value.norm() < kZeroNorm)
-          throw std::invalid_argument("'" + info.name + "' at knot " + std::to_string(k) +
-                                      " is a quaternion of norm zero");
-        value.normalize();
-      }
-      if (s.role[b] == Role::Absent) value.setZero();
-      if (s.role[b] == Role::Fixed || s.role[b] == Role::Carried) {
-        if (k == 0)
-          value = measured_.segment(info.offset, info.size).transpose();
-        else
-          value = trajectory.row(k - 1).segment(info.offset, info.size);
-      }
+    double* z = trajectory.row(k).data();
+    for (const BlockInfo& b : problem_->quaternions()) {
+      Eigen::Map<Vector4> value(z + b.offset);
+      const double norm = value.norm();
+      if (norm < kZeroNorm)
+        throw std::invalid_argument("'" + b.name + "' at knot " + std::to_string(k) +
+                                    " is a quaternion of norm zero");
+      value /= norm;
     }
+    for (const KnotShape::Entries& block : shape(k).absent)
+      for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = 0.0;
+    for (const KnotShape::Entries& block : shape(k).held)
+      for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = before[i];
     embed(trajectory, k);
+    before = z;
   }
 }
 

@@ -151,7 +151,7 @@ void bind_results(nb::module_& m) {
       .def("set_measured", &Transcription::set_measured, "measured"_a)
       .def(
           "project",
-          [](const Transcription& t, RowMatrix z) {
+          [](Transcription& t, RowMatrix z) {
             t.project(z);
             return z;
           },

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <compare>
+#include <map>
 #include <memory>
-#include <unordered_map>
+#include <set>
 #include <vector>
 
 #include "palanquin/core/exact_hessian.hpp"
@@ -25,6 +27,8 @@ struct KnotSignature {
   std::vector<Role> role;                   ///< [blocks]
   std::vector<char> charted;                ///< [blocks]
   std::array<std::vector<char>, 3> active;  ///< per RowKind, [groups]
+  std::vector<char> is_hard;                ///< policies of the inequality groups
+  auto operator<=>(const KnotSignature&) const = default;
 };
 
 /// value[destination] += source value * slope_a * slope_b, where a negative slope index means 1.
@@ -102,6 +106,15 @@ struct KnotShape {
   ColumnMap columns;
   QpStage pattern;  ///< dimensions, patterns and their id, values zero
 
+  /// Entries of one block in the knot vector.
+  struct Entries {
+    int offset;
+    int size;
+  };
+  std::vector<Entries> held;    ///< fixed and carried blocks: copies of the knot before
+  std::vector<Entries> absent;  ///< zero
+  std::vector<Entries> charted;
+
   std::vector<int> equality_rows;  ///< lowered rows that the stage's equality rows are
   std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot
   std::vector<int> penalty_rows;
@@ -121,24 +134,24 @@ class ShapeTable {
   explicit ShapeTable(const LoweredProblem& problem, const ExactHessian* exact = nullptr)
       : problem_(&problem), exact_(exact) {}
 
-  /// The shape of a knot between its neighbours (null at the ends of the horizon). `is_hard` has a
-  /// flag per inequality group of the knot's stage. Allocates only when the combination is new.
-  const KnotShape& find(const KnotSignature* previous, const KnotSignature& knot,
-                        const KnotSignature* next, const std::vector<char>& is_hard);
+  /// The copy of a signature that is kept: equal ones have one address. Allocates only when it is
+  /// new.
+  const KnotSignature* keep(const KnotSignature& signature);
+
+  /// The shape of a knot between its neighbours (null at the ends of the horizon), all of them
+  /// kept. Allocates only when the combination is new.
+  const KnotShape& find(const KnotSignature* previous, const KnotSignature* knot,
+                        const KnotSignature* next);
   std::size_t size() const { return shapes_.size(); }
 
  private:
-  struct KeyHash {
-    std::size_t operator()(const std::vector<char>& key) const;
-  };
   std::unique_ptr<KnotShape> make(const KnotSignature* previous, const KnotSignature& knot,
-                                  const KnotSignature* next,
-                                  const std::vector<char>& is_hard) const;
+                                  const KnotSignature* next) const;
 
   const LoweredProblem* problem_;
   const ExactHessian* exact_;
-  std::unordered_map<std::vector<char>, std::unique_ptr<KnotShape>, KeyHash> shapes_;
-  std::vector<char> key_;
+  std::set<KnotSignature> signatures_;
+  std::map<std::array<const KnotSignature*, 3>, std::unique_ptr<KnotShape>> shapes_;
 };
 
 }  // namespace palanquin

@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -75,7 +76,7 @@ class Transcription {
   /// Makes `trajectory` [N + 1, nz] consistent with roles: fixed and carried blocks copied, absent
   /// ones zero, charted ones on their surface, quaternions of unit norm. x_0 is otherwise not
   /// touched. Throws std::invalid_argument for a wrong shape or a quaternion of norm zero.
-  void project(RowMatrix& trajectory) const;
+  void project(RowMatrix& trajectory);
   /// Sets the states of x_0 to the measured ones, on the guess's side of every quaternion.
   void place_initial_state(RowMatrix& trajectory) const;
 
@@ -120,11 +121,15 @@ class Transcription {
   struct KnotBuffers;  // results of the lowered functions at one knot
   struct DerivativeBuffers;
   struct ExactBuffers;
-  struct Flags;  // results of the lowered function `structure`
+  class FlagTable;
+  using Flags = std::vector<double>;  // results of the lowered function `structure`
 
-  void resolve_signatures();
+  void read_flags();
+  Role stated_role(int knot, std::size_t block) const;
   Role resolve_role(int knot, std::size_t block) const;
+  const KnotSignature* resolve_signature(int knot);
   void resolve_shapes();
+  void update_stages();
   void take_on(QpStage& stage, const KnotShape& shape);
   void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
   void fill_stage(int thread, int knot, const RowMatrix& trajectory);
@@ -147,8 +152,12 @@ class Transcription {
 
   RowMatrix parameters_;
   Eigen::VectorXd measured_;
-  std::vector<KnotSignature> signatures_;
+  std::vector<const Flags*> flags_;
   ShapeTable table_;
+  /// By the signature of the knot before, the knot's own flags and those of the next one.
+  std::map<std::tuple<const KnotSignature*, const Flags*, const Flags*>, const KnotSignature*>
+      resolved_;
+  std::vector<const KnotSignature*> signatures_;
   std::vector<const KnotShape*> shapes_;
   StageQp qp_;
   std::unordered_map<int, std::vector<QpStage>> idle_;  // by pattern, stages that no knot has now
@@ -158,7 +167,7 @@ class Transcription {
   mutable std::vector<KnotBuffers> buffers_;
   std::vector<DerivativeBuffers> derivatives_;  // [threads]
   std::vector<ExactBuffers> exact_buffers_;
-  std::unique_ptr<Flags> flags_;
+  std::unique_ptr<FlagTable> flag_table_;
   std::vector<double> step_buffer_;
 };
 
