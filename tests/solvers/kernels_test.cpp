@@ -3,11 +3,13 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <limits>
 #include <random>
 #include <vector>
 
 #include "kernels/dispatch.hpp"
 #include "palanquin/core/sparse_block.hpp"
+#include "sparse_runs.hpp"
 #include "structured/aligned_buffer.hpp"
 #include "support/kernel_levels.hpp"
 
@@ -124,6 +126,53 @@ TEST_P(Kernels, MatrixVectorProducts) {
     const VectorXd product = symmetric.topRows(n) * v.view().col(0).head(n + 1);
     EXPECT_LT((out.view().col(0).head(n) - product).norm(), kTolerance) << n;
   }
+}
+
+TEST_P(Kernels, RunsMultiplyAsTheirMatrix) {
+  for (double density : {0.05, 0.4, 0.8, 1.0}) {
+    for (const auto& [rows, cols] : {std::tuple{1, 1}, {3, 2}, {7, 30}, {44, 68}}) {
+      const MatrixXd s = sparse(rows, cols, density);
+      const SparseBlock block = SparseBlock::from_dense(s);
+      SparseRuns runs;
+      runs.make(block);
+      const VectorXd x = random(cols, 1), before = random(rows + kernels::kPad, 1);
+      VectorXd y = before;
+      kernels_.multiply_runs_add(runs.lists(), block.values.data(), x.data(), y.data());
+      EXPECT_LT((y.head(rows) - before.head(rows) - s * x).norm(), kTolerance);
+      EXPECT_EQ(y.tail(kernels::kPad), before.tail(kernels::kPad));
+
+      std::vector<int> slot(cols);  // x in the opposite order
+      for (int j = 0; j < cols; ++j) slot[j] = cols - 1 - j;
+      runs.make(block, slot);
+      y = before;
+      kernels_.multiply_runs_add(runs.lists(), block.values.data(), x.data(), y.data());
+      EXPECT_LT((y.head(rows) - before.head(rows) - s * x.reverse()).norm(), kTolerance);
+    }
+  }
+}
+
+TEST_P(Kernels, RowsAboveTheirLimitsAreListed) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const int count = 100;
+  VectorXd limit = VectorXd::Zero(padded(count)), start = -random(padded(count), 1).cwiseAbs(),
+           change = VectorXd::Zero(padded(count));
+  std::vector<int> expected;
+  const auto expect_listed = [&](int i) { expected.push_back(i); };
+  expect_listed(3), start[3] = 0.1;
+  expect_listed(4), change[4] = 2.0;
+  expect_listed(17), start[17] = 1.0, change[17] = -2.0;  // from above to below
+  expect_listed(40), start[40] = nan;
+  expect_listed(41), change[41] = nan;
+  expect_listed(95), limit[95] = -infinity;
+  start[96] = 0.0;  // at the limit
+  limit[97] = infinity, start[97] = 1e300;
+  expect_listed(99), start[99] = infinity;
+  std::vector<int> above(count);
+  const int listed =
+      kernels_.list_rows_above(count, limit.data(), start.data(), change.data(), above.data());
+  above.resize(listed);
+  EXPECT_EQ(above, expected);
 }
 
 /// Pointers to the columns of a matrix, which has room for a run to reach over its end.

@@ -4,7 +4,9 @@
 
 #include "local_group.hpp"
 #include "partial_cholesky.hpp"
+#include "rows_above.hpp"
 #include "sparse_product.hpp"
+#include "sparse_runs.hpp"
 #include "symmetric.hpp"
 #include "weighted_rows.hpp"
 
@@ -21,6 +23,8 @@ const Table kTable = {
     .back_substitute_groups = back_substitute_groups,
     .forward_substitute_groups = forward_substitute_groups,
     .multiply_add = multiply_add,
+    .multiply_runs_add = multiply_runs_add,
+    .list_rows_above = list_rows_above,
     .symmetric_multiply = symmetric_multiply,
     .partial_cholesky = partial_cholesky,
     .back_substitute = back_substitute,

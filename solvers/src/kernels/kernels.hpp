@@ -35,6 +35,23 @@ struct SparseRows {
   const int* entry;  ///< where an entry's value stands
 };
 
+/// A sparse matrix by runs: entries of one column in neighbouring rows, at most kPad of them, whose
+/// values stand one after the other. Block b of runs block_start[b] .. block_start[b + 1] - 1 has
+/// the rows block_row[b] .. block_row[b] + block_size[b] - 1. Entries in no run are singles.
+/// kPad values may be read from the first one of a run.
+struct SparseRuns {
+  int blocks;
+  const int* block_row;
+  const int* block_size;
+  const int* block_start;
+  const int* run_column;
+  const int* run_entry;  ///< where the first value stands
+  int singles;
+  const int* single_row;
+  const int* single_column;
+  const int* single_entry;
+};
+
 /// Variables (locals) that are eliminated together, and all slots that they meet, by runs as in
 /// SparseRows: the locals' own runs first, then the others'.
 struct LocalGroup {
@@ -94,6 +111,14 @@ struct Table {
 
   /// y += a x with a [rows x cols], rows a multiple of kPad.
   void (*multiply_add)(int rows, int cols, const double* a, int ld, const double* x, double* y);
+
+  /// y += S x. Zeros are added up to kPad places behind a block's first row.
+  void (*multiply_runs_add)(const SparseRuns& s, const double* values, const double* x, double* y);
+
+  /// Lists the rows i for which start_i or start_i + change_i is above limit_i, or NaN, and returns
+  /// how many. Reads up to padded(count) entries.
+  int (*list_rows_above)(int count, const double* limit, const double* start, const double* change,
+                         int* above);
 
   /// y = [A B'] x for a symmetric A [cols x cols] of which `lower` holds the lower triangle with B
   /// below it, `rows` rows in all (padded). x and y have `rows` entries, y's behind `cols` are

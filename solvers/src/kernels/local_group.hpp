@@ -102,13 +102,6 @@ static bool eliminate_groups(const LocalGroup* groups, int count, double toleran
   return true;
 }
 
-PALANQUIN_INLINE double sum_of_lanes(Vector v) {
-  double sum = v[0] + v[1];
-#pragma GCC unroll 4
-  for (int i = 2; i < kWidth; i += 2) sum += v[i] + v[i + 1];
-  return sum;
-}
-
 PALANQUIN_INLINE void back_substitute_group(const LocalGroup& group, const double* factor,
                                             double constant, double* z) {
   const int ld = group_rows(group);

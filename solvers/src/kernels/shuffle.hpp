@@ -80,6 +80,13 @@ PALANQUIN_INLINE Vector sum_lanes(Vector (&v)[kWidth]) {
   return v[0];
 }
 
+PALANQUIN_INLINE double sum_of_lanes(Vector v) {
+  double sum = v[0] + v[1];
+#pragma GCC unroll 4
+  for (int i = 2; i < kWidth; i += 2) sum += v[i] + v[i + 1];
+  return sum;
+}
+
 template <int... L>
 PALANQUIN_INLINE Mask lane_numbers(Lanes<L...>) {
   return Mask{L...};

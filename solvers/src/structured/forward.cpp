@@ -19,20 +19,6 @@ void solve_locals(const Workspace& work, const Knot& knot, double* z) {
 
 namespace {
 
-/// Neighbouring columns meet the same rows: were they added to one sum, each would wait for the one
-/// before.
-constexpr int kSums = 4;
-
-/// Adds F x, for the columns first .. first + count - 1 of F, to kSums vectors in turns.
-void add_columns(const SparseBlock& f, int first, int count, const double* x, double* sums,
-                 int ld) {
-  for (int j = 0; j < count; ++j) {
-    double* y = sums + j % kSums * ld;
-    for (int e = f.column_start[first + j]; e < f.column_start[first + j + 1]; ++e)
-      y[f.row_index[e]] += f.values[e] * x[j];
-  }
-}
-
 /// Zero if every entry is finite, else NaN.
 double finiteness(const double* v, int size) {
   return (0.0 * Eigen::Map<const Eigen::ArrayXd>(v, size)).sum();
@@ -42,13 +28,7 @@ double finiteness(const double* v, int size) {
 
 void advance(const Workspace& work, const QpStage& stage, const KnotPlan& plan, const double* z,
              double* next_x) {
-  const int ld = kernels::padded(plan.next_nx);
-  double* sums = work.product;
-  std::fill_n(sums, kSums * ld, 0.0);
-  add_columns(stage.dynamics, 0, plan.nx, z + plan.state_slot, sums, ld);
-  add_columns(stage.dynamics, plan.nx, plan.nu, z + plan.input_slot, sums, ld);
-  for (int i = 0; i < plan.next_nx; ++i)
-    for (int c = 0; c < kSums; ++c) next_x[i] += sums[i + c * ld];
+  work.kernels->multiply_runs_add(plan.dynamics.lists(), stage.dynamics.values.data(), z, next_x);
   const SparseBlock& n = stage.implicit;
   const auto& order = plan.substitution_order;
   for (auto c = order.rbegin(); c != order.rend(); ++c)

@@ -24,6 +24,7 @@ void PlanCapacity::include(const QpStage& stage) {
   variables = std::max(variables, stage.nw());
   slots = std::max(slots, lay_out(stage).slots());
   hessian = std::max(hessian, stage.hessian.nnz());
+  dynamics = std::max(dynamics, stage.dynamics.nnz());
   states = std::max(states, stage.implicit.cols);
   locals = std::max(locals, stage.nl);
   penalty.include(stage.penalty_jacobian);
@@ -34,6 +35,7 @@ void PlanCapacity::apply(KnotPlan& plan) const {
   plan.slot.reserve(variables);
   plan.local_hessian.reserve(hessian);
   plan.hessian.reserve(hessian);
+  plan.dynamics.reserve(dynamics);
   penalty.apply(plan.penalty);
   equality.apply(plan.equality);
   plan.substitution_order.reserve(states);
@@ -63,7 +65,7 @@ bool KnotPlan::fits(const QpStage& stage) const {
   };
   return nx == stage.nx && nu == stage.nu && nl == stage.nl &&
          local_hessian.size() + hessian.size() == stage.hessian.values.size() &&
-         next_nx == stage.dynamics.rows && dynamics_entries == stage.dynamics.nnz() &&
+         next_nx == stage.dynamics.rows && dynamics.entries() == stage.dynamics.nnz() &&
          implicit_entries == stage.implicit.nnz() && has_rows(penalty, stage.penalty_jacobian) &&
          has_rows(equality, stage.equality_jacobian);
 }
@@ -73,7 +75,7 @@ void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
   number_slots(stage, plan);
   list_hessian(stage.hessian, plan);
   plan.next_nx = stage.dynamics.rows;
-  plan.dynamics_entries = stage.dynamics.nnz();
+  plan.dynamics.make(stage.dynamics, plan.slot);
   plan.implicit_entries = stage.implicit.nnz();
   list_rows(stage.penalty_jacobian, plan, plan.penalty);
   list_rows(stage.equality_jacobian, plan, plan.equality);

@@ -4,6 +4,7 @@
 
 #include "kernels/kernels.hpp"
 #include "palanquin/core/stage_qp.hpp"
+#include "sparse_runs.hpp"
 
 namespace palanquin::structured {
 
@@ -56,7 +57,7 @@ struct KnotPlan : KnotLayout {
   std::vector<HessianEntry> local_hessian;  ///< entries of the Hessian in locals' columns of G
   std::vector<HessianEntry> hessian;        ///< the others
   int next_nx = 0;                          ///< rows of the dynamics
-  int dynamics_entries = 0;
+  SparseRuns dynamics;
   int implicit_entries = 0;
   RowPattern penalty;
   RowPattern equality;
@@ -79,7 +80,7 @@ struct PlanCapacity {
     void include(const SparseBlock& block);
     void apply(RowPattern& pattern) const;
   };
-  int variables = 0, slots = 0, hessian = 0, states = 0, locals = 0;
+  int variables = 0, slots = 0, hessian = 0, dynamics = 0, states = 0, locals = 0;
   Rows penalty, equality;
 
   void include(const QpStage& stage);

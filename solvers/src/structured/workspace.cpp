@@ -9,8 +9,6 @@ using kernels::padded;
 
 /// Runs are read and added to by whole vectors, which may reach over the end.
 constexpr std::size_t kOverhang = kernels::kPad;
-/// `product` lends its memory to `advance`.
-constexpr std::size_t kMostSums = 4;
 
 /// All that kernels expect in a knot's memory and no step writes: unit pivots behind the last
 /// input, see kernels::Table::partial_cholesky.
@@ -103,7 +101,7 @@ void Workspace::hand_out_memory(const MemorySizes& sizes) {
   const auto take_all = [&] {
     used = 0;
     take(value, sizes.value_ld * sizes.value_ld);
-    take(product, sizes.value_ld * std::max(sizes.panel_ld, kMostSums));
+    take(product, sizes.value_ld * sizes.panel_ld);
     take(slope, sizes.value_ld);
     take(gradient, sizes.slots + kOverhang);
     take(locals, sizes.locals * (sizes.slots + kOverhang));
