@@ -4,34 +4,29 @@
 #include <cmath>
 #include <limits>
 
+#include "kernels/dispatch.hpp"
+
 namespace palanquin {
 namespace {
 
 constexpr int kMaxSearchSteps = 50;
 /// The search ends at a slope this small relative to the one at the start.
 constexpr double kSlopeTolerance = 1e-9;
+/// No row is below this.
+constexpr double kNever = -std::numeric_limits<double>::infinity();
 
-/// Calls visit(stage, k, first variable, first penalised row) for every knot.
+/// Calls visit(stage, k, first penalised row) for every knot.
 template <typename Visit>
 void for_each_knot(const StageQp& qp, Visit&& visit) {
-  Eigen::Index variable = 0, row = 0;
+  Eigen::Index row = 0;
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    visit(qp.stages[k], k, variable, row);
-    variable += qp.stages[k].nw();
+    visit(qp.stages[k], k, row);
     row += qp.stages[k].penalty_value.size();
   }
 }
 
-/// d'Hd, where `h` is a lower triangle whose columns begin with their diagonal entries.
-double quadratic_form(const SparseBlock& h, const double* d) {
-  double total = 0.0;
-  for (int j = 0; j < h.cols; ++j) {
-    int e = h.column_start[j];
-    double sum = 0.5 * h.values[e] * d[j];
-    while (++e < h.column_start[j + 1]) sum += h.values[e] * d[h.row_index[e]];
-    total += sum * d[j];
-  }
-  return 2.0 * total;
+bool is_zero(const std::vector<Eigen::VectorXd>& w) {
+  return std::all_of(w.begin(), w.end(), [](const auto& part) { return part.isZero(0.0); });
 }
 
 /// Below this a penalty is zero, for good.
@@ -45,62 +40,86 @@ double activation(const Policy& policy) {
     case PolicyKind::RelaxedBarrier:
       break;
   }
-  return -std::numeric_limits<double>::infinity();
+  return kNever;
 }
 
 }  // namespace
 
+PenaltySegment::PenaltySegment()
+    : kernels_(kernels::kernels_for(resolve_kernel_level(KernelLevel::Automatic))) {}
+
+void PenaltySegment::add_rows(std::size_t k, const double* v, double* rows) const {
+  kernels_.multiply_runs_add(plans_[k].rows(), qp_->stages[k].penalty_jacobian.values.data(), v,
+                             rows);
+}
+
 void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {
   qp_ = &qp;
-  Eigen::Index variables = 0, rows = 0;
+  plans_.find(qp);
+  is_at_origin_ = is_zero(w);  // where an SQP starts
+  Eigen::Index rows = 0, widest = 0;
   for (const QpStage& stage : qp.stages) {
-    variables += stage.nw();
     rows += stage.penalty_value.size();
+    widest = std::max<Eigen::Index>(widest, stage.nw());
   }
-  for (Eigen::VectorXd* v : {&direction_, &gradient_}) v->resize(variables);
-  for (Eigen::VectorXd* v : {&row_, &row_change_}) v->resize(rows);
-  for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
-    gradient_.segment(i, stage.nw()) = stage.gradient;
-    row_.segment(j, stage.penalty_value.size()) = stage.penalty_value;
-    if (w[k].isZero(0.0)) return;  // where an SQP starts
-    stage.hessian.multiply_symmetric_add(w[k].data(), gradient_.data() + i);
-    stage.penalty_jacobian.multiply_add(w[k].data(), row_.data() + j);
-  });
+  if (direction_.size() < widest) direction_.resize(widest);
+  for (Eigen::VectorXd* v : {&row_, &row_change_, &activation_}) v->resize(rows + kernels::kPad);
   row_change_.setZero();
+  activation_.tail<kernels::kPad>().setConstant(std::numeric_limits<double>::infinity());
+  row_.tail<kernels::kPad>().setZero();
+  listed_.resize(activation_.size());
+  for_each_knot(qp, [&](const QpStage& stage, std::size_t, Eigen::Index first) {
+    row_.segment(first, stage.penalty_value.size()) = stage.penalty_value;
+    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j)
+      activation_[first + j] = activation(stage.penalty_policy[j]);
+  });
+  if (!is_at_origin_)
+    for_each_knot(qp, [&](const QpStage&, std::size_t k, Eigen::Index first) {
+      add_rows(k, w[k].data(), row_.data() + first);
+    });
   list_active_rows();
 }
 
 void PenaltySegment::list_active_rows() {
   active_.clear();
-  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
-    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
-      const Policy& policy = stage.penalty_policy[j];
-      const double start = row_[first + j];
-      const double highest = std::max(start, start + row_change_[first + j]);
-      if (!(highest <= activation(policy))) active_.push_back({first + j, k, j, &policy});
+  const int count =
+      kernels_.list_rows_above(static_cast<int>(row_.size()) - kernels::kPad, activation_.data(),
+                               row_.data(), row_change_.data(), listed_.data());
+  const int* listed = listed_.data();
+  const int* const end = listed + count;
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index first) {
+    for (; listed != end && *listed < first + stage.penalty_value.size(); ++listed) {
+      const Eigen::Index j = *listed - first;
+      active_.push_back({*listed, k, j, &stage.penalty_policy[j]});
     }
   });
 }
 
-void PenaltySegment::aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& w,
-                         const std::vector<Eigen::VectorXd>& target) {
-  row_change_.setZero();
-  curvature_ = 0.0;
-  for_each_knot(qp, [&](const QpStage& stage, std::size_t k, Eigen::Index i, Eigen::Index j) {
-    direction_.segment(i, stage.nw()) = target[k] - w[k];
-    curvature_ += quadratic_form(stage.hessian, direction_.data() + i);
-    stage.penalty_jacobian.multiply_add(direction_.data() + i, row_change_.data() + j);
+void PenaltySegment::watch(const PenaltyModel& model) {
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index first) {
+    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j)
+      if (model.slope[k][j] != 0.0 || model.curvature[k][j] != 0.0) activation_[first + j] = kNever;
   });
-  slope_ = gradient_.dot(direction_);
+}
+
+void PenaltySegment::aim(const std::vector<Eigen::VectorXd>& w,
+                         const std::vector<Eigen::VectorXd>& target) {
+  slope_ = curvature_ = 0.0;
+  row_change_.setZero();
+  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index first) {
+    auto d = direction_.head(stage.nw());
+    d = target[k] - w[k];
+    slope_ += stage.gradient.dot(d);
+    if (!is_at_origin_) slope_ += plans_[k].bilinear(stage.hessian, w[k].data(), d.data());
+    curvature_ += plans_[k].bilinear(stage.hessian, d.data(), d.data());
+    add_rows(k, d.data(), row_change_.data() + first);
+  });
   list_active_rows();
 }
 
 void PenaltySegment::advance(double alpha) {
-  direction_ *= alpha;
-  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t, Eigen::Index i, Eigen::Index) {
-    stage.hessian.multiply_symmetric_add(direction_.data() + i, gradient_.data() + i);
-  });
   row_ += alpha * row_change_;
+  is_at_origin_ = false;
 }
 
 double PenaltySegment::change(double alpha) const {
@@ -145,22 +164,17 @@ double PenaltySegment::minimize(const Derivatives& start) const {
 PenaltySegment::ModelError PenaltySegment::model_error(const PenaltyModel& model) const {
   double error = 0.0, largest = 0.0, gain = 0.0;
   bool is_nan = false;
-  auto active = active_.begin();  // in the order of the rows
-  for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index, Eigen::Index first) {
-    for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j) {
-      const double h = row_[first + j] + row_change_[first + j];
-      const double modelled =
-          model.slope[k][j] + model.curvature[k][j] * (h - stage.penalty_value[j]);
-      PenaltyValue exact;
-      if (active != active_.end() && active->row == first + j)
-        exact = evaluate_penalty(*active++->policy, h);
-      const double difference = std::abs(modelled - exact.slope);
-      is_nan = is_nan || std::isnan(difference);  // which std::max would lose
-      error = std::max(error, difference);
-      largest = std::max({largest, std::abs(modelled), std::abs(exact.slope)});
-      if (difference > 0.0) gain += 0.5 * difference * difference / exact.curvature;
-    }
-  });
+  for (const auto& [row, k, j, policy] : active_) {
+    const double h = row_[row] + row_change_[row];
+    const double modelled =
+        model.slope[k][j] + model.curvature[k][j] * (h - qp_->stages[k].penalty_value[j]);
+    const PenaltyValue exact = evaluate_penalty(*policy, h);
+    const double difference = std::abs(modelled - exact.slope);
+    is_nan = is_nan || std::isnan(difference);  // which std::max would lose
+    error = std::max(error, difference);
+    largest = std::max({largest, std::abs(modelled), std::abs(exact.slope)});
+    if (difference > 0.0) gain += 0.5 * difference * difference / exact.curvature;
+  }
   if (is_nan) error = std::numeric_limits<double>::quiet_NaN();
   return {largest > 0.0 ? error / largest : error, gain};
 }

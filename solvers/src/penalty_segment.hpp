@@ -4,14 +4,15 @@
 #include <vector>
 
 #include "palanquin/core/stage_qp.hpp"
+#include "segment_plan.hpp"
 
 namespace palanquin {
 
 /// The cost of a StageQp along a segment w + alpha d,
 ///   phi(alpha) = quadratic(alpha) + sum_j S_j(h_j + alpha s_j),   s = penalty_jacobian d,
-/// which is convex. Rows and gradients move along with the point, so that a step costs one product
-/// with the Hessian and one with the penalised rows; of the penalties only those are evaluated that
-/// do not vanish all along the segment.
+/// which is convex. Rows move along with the point, so that a segment costs one pass over the
+/// Hessian and the penalised rows; of the penalties only those are evaluated that do not vanish all
+/// along the segment.
 class PenaltySegment {
  public:
   struct Derivatives {
@@ -19,11 +20,15 @@ class PenaltySegment {
     double curvature = 0.0;  ///< phi''
   };
 
+  PenaltySegment();
+
   /// Puts the point at `w`.
   void start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w);
+  /// Has model_error look at the rows of `model` even where their penalties vanish. Those of a
+  /// model that `expand` made need not be watched.
+  void watch(const PenaltyModel& model);
   /// Sets the direction d = target - w, where `w` is the point.
-  void aim(const StageQp& qp, const std::vector<Eigen::VectorXd>& w,
-           const std::vector<Eigen::VectorXd>& target);
+  void aim(const std::vector<Eigen::VectorXd>& w, const std::vector<Eigen::VectorXd>& target);
   /// Moves the point to w + alpha d.
   void advance(double alpha);
 
@@ -49,7 +54,6 @@ class PenaltySegment {
   void expand(PenaltyModel& model) const;
 
  private:
-  /// A penalised row that is not zero along the whole segment.
   struct ActiveRow {
     Eigen::Index row = 0;  ///< over all knots
     std::size_t knot = 0;
@@ -57,15 +61,22 @@ class PenaltySegment {
     const Policy* policy = nullptr;
   };
 
+  /// Lists the rows that are not zero along the whole segment.
   void list_active_rows();
+  /// rows += penalty_jacobian v at knot `k`, `rows` being that knot's part of row_ or row_change_.
+  void add_rows(std::size_t k, const double* v, double* rows) const;
 
+  const kernels::Table& kernels_;
   const StageQp* qp_ = nullptr;
+  SegmentPlans plans_;
+  bool is_at_origin_ = false;  ///< w = 0
   std::vector<ActiveRow> active_;
-  // Over all knots, one after the other.
-  Eigen::VectorXd direction_;             ///< d
-  Eigen::VectorXd gradient_;              ///< of the quadratic cost at the point
+  std::vector<int> listed_;    ///< scratch
+  Eigen::VectorXd direction_;  ///< d of one knot
+  // Over the penalised rows of all knots, one after the other, padded.
   Eigen::VectorXd row_;                   ///< h at the point
   Eigen::VectorXd row_change_;            ///< s
+  Eigen::VectorXd activation_;            ///< below this h the penalty is zero, for good
   double slope_ = 0.0, curvature_ = 0.0;  ///< of the quadratic cost along d
 };
 

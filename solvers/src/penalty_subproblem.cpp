@@ -73,6 +73,7 @@ PenaltySubproblemResult PenaltySubproblem::solve(const StageQp& qp, QpSolver& so
                                                  const PenaltyModel& first_model,
                                                  StageQpSolution& solution) {
   segment_->start(qp, solution.w);
+  segment_->watch(first_model);
   model_ = first_model;
   return run(qp, solver, solution, false, false);
 }
@@ -91,7 +92,7 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     ++result.iterations;
     result.update_ms += solver.update_ms();
     result.solve_ms += solver.solve_ms();
-    segment_->aim(qp, solution.w, candidate_.w);
+    segment_->aim(solution.w, candidate_.w);
     const PenaltySegment::ModelError error = segment_->model_error(model_);
     if (!is_usable(status) || std::isnan(error.slope)) {
       // Later on the point at hand remains good, just not the best.
