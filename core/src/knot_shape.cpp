@@ -274,6 +274,9 @@ const KnotSignature* ShapeTable::keep(const KnotSignature& signature) {
 
 const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSignature* knot,
                                   const KnotSignature* next) {
+  // The knot before matters to rows over two knots alone.
+  const std::vector<char>& links = knot->active[static_cast<std::size_t>(RowKind::Link)];
+  if (std::find(links.begin(), links.end(), 1) == links.end()) previous = nullptr;
   std::unique_ptr<KnotShape>& shape = shapes_[{previous, knot, next}];
   if (shape == nullptr) {
     shape = make(previous, *knot, next);
