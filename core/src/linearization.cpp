@@ -172,11 +172,13 @@ Evaluation Transcription::summarize() const {
     const KnotBuffers& out = buffers_[static_cast<std::size_t>(k)];
     const QpStage& stage = qp_.stages[static_cast<std::size_t>(k)];
     total.cost += out.cost;
-    for (std::size_t i = 0; i < shape.penalty_rows.size(); ++i)
-      total.penalty +=
-          evaluate_penalty(stage.penalty_policy[i],
-                           out.inequality[static_cast<std::size_t>(shape.penalty_rows[i])])
-              .value;
+    const double* vanishes = vanishes_until_[static_cast<int>(shape.signature.stage)].data();
+    for (std::size_t i = 0; i < shape.penalty_rows.size(); ++i) {
+      const int row = shape.penalty_rows[i];
+      const double h = out.inequality[static_cast<std::size_t>(row)];
+      if (h <= vanishes[row]) continue;
+      total.penalty += evaluate_penalty(stage.penalty_policy[i], h).value;
+    }
     for (int row : shape.inequality_rows) {
       const double h = out.inequality[static_cast<std::size_t>(row)];
       total.inequality_max = std::max(total.inequality_max, h);
@@ -186,7 +188,10 @@ Evaluation Transcription::summarize() const {
     for (int row : shape.initial_links) residual(out.link[static_cast<std::size_t>(row)]);
     for (int row : shape.link_rows) residual(out.link[static_cast<std::size_t>(row)]);
     if (k == horizon_) continue;
-    for (double row : out.defect) residual(row);
+    const Eigen::Map<const Eigen::VectorXd> defect(out.defect.data(), problem_->ndx());
+    if (defect.size() > 0)
+      total.equality_max = std::max(total.equality_max, defect.lpNorm<Eigen::Infinity>());
+    squared += defect.squaredNorm();
   }
   total.infeasibility = std::sqrt(squared);
   total.is_finite = std::isfinite(total.total()) && std::isfinite(total.infeasibility);

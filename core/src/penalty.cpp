@@ -1,6 +1,7 @@
 #include "palanquin/core/penalty.hpp"
 
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace palanquin {
@@ -29,6 +30,20 @@ PenaltyValue relaxed_barrier(double mu, double delta, double h) {
 }
 
 }  // namespace
+
+double vanishes_until(const Policy& policy) {
+  switch (policy.kind) {
+    case PolicyKind::Hard:
+      return std::numeric_limits<double>::infinity();
+    case PolicyKind::C2Penalty:
+      return -policy.smoothing;
+    case PolicyKind::SquaredHinge:
+      return 0.0;
+    case PolicyKind::RelaxedBarrier:
+      break;
+  }
+  return -std::numeric_limits<double>::infinity();
+}
 
 PenaltyValue evaluate_penalty(const Policy& policy, double h) {
   switch (policy.kind) {

@@ -59,6 +59,8 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
     const std::size_t groups = problem_->rows(stage, RowKind::Inequality).size();
     policies_[static_cast<int>(stage)].resize(groups);
     is_hard_[static_cast<int>(stage)].assign(groups, 0);
+    vanishes_until_[static_cast<int>(stage)].assign(
+        size_of(problem_->row_count(stage, RowKind::Inequality)), vanishes_until(Policy{}));
   }
   parameters_ = RowMatrix::Zero(horizon + 1, problem_->np());
   measured_ = neutral_trajectory(*problem_, 0).row(0);
@@ -101,6 +103,8 @@ void Transcription::set_policy(const std::string& family, const Policy& policy) 
       found = true;
       policies_[s][g] = policy;
       is_hard_[s][g] = policy.kind == PolicyKind::Hard;
+      std::fill_n(vanishes_until_[s].begin() + groups[g].offset, groups[g].size,
+                  vanishes_until(policy));
     }
   }
   if (!found)

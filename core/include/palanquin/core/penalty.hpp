@@ -35,6 +35,10 @@ struct Policy {
   bool operator==(const Policy&) const = default;
 };
 
+/// The largest h up to which a penalty, its slope and its curvature vanish, as those of most rows
+/// do; minus infinity when there is none.
+double vanishes_until(const Policy& policy);
+
 /// Value, slope and curvature of a penalty at one point.
 struct PenaltyValue {
   double value = 0.0;

@@ -148,6 +148,7 @@ class Transcription {
   Form form_;
   std::vector<Policy> policies_[2];  // per inequality group of running and terminal stages
   std::vector<char> is_hard_[2];
+  std::vector<double> vanishes_until_[2];  // per inequality row, of its policy
   bool shapes_stale_ = true;
 
   RowMatrix parameters_;
