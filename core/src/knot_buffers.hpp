@@ -20,9 +20,8 @@ struct Transcription::KnotBuffers {
   std::vector<double> defect;      // d (-) x+ in the tangent space
   double cost = 0.0;
   std::vector<double> equality, inequality, link;
-  std::vector<double> embedded, slopes;  // of the charts
-  std::vector<double> unused_slopes;     // where only the values are wanted
-  int local_entry = -1;  // of the dynamics' Jacobian, where a local meets it; negative: none
+  std::vector<double> slopes;  // of the charts
+  int local_entry = -1;        // of the dynamics' Jacobian, where a local meets it; negative: none
 };
 
 /// Their derivatives, which go into the stage QP at once: a thread needs them for one knot at a
@@ -32,6 +31,8 @@ struct Transcription::DerivativeBuffers {
 
   std::vector<double> dynamics, implicit, gradient, hessian, equality, inequality;
   std::vector<double> link_previous, link;
+  std::vector<double> embedded;       // of the charts
+  std::vector<double> unused_slopes;  // where only the charts' values are wanted
 };
 
 /// Arguments and results of the exact Hessian of one knot.

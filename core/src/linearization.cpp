@@ -58,7 +58,7 @@ void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& traject
                             [](char c) { return c != 0; })) {
     w.arguments[0] = z;
     w.arguments[1] = parameters_at(knot);
-    w.results[0] = out.embedded.data();
+    w.results[0] = derivatives.embedded.data();
     w.results[1] = out.slopes.data();
     problem_->chart(w);
   }

@@ -29,9 +29,7 @@ Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem)
       equality(widest(problem, 2)),
       inequality(widest(problem, 3)),
       link(size_of(problem.link_linear.result(0).nnz())),
-      embedded(size_of(problem.nz())),
-      slopes(size_of(problem.chart.result(1).nnz())),
-      unused_slopes(slopes.size()) {}
+      slopes(size_of(problem.chart.result(1).nnz())) {}
 
 Transcription::DerivativeBuffers::DerivativeBuffers(const LoweredProblem& problem)
     : dynamics(size_of(problem.running_linear.result(4).nnz())),
@@ -41,7 +39,9 @@ Transcription::DerivativeBuffers::DerivativeBuffers(const LoweredProblem& proble
       equality(widest(problem, 8)),
       inequality(widest(problem, 9)),
       link_previous(size_of(problem.link_linear.result(1).nnz())),
-      link(size_of(problem.link_linear.result(2).nnz())) {}
+      link(size_of(problem.link_linear.result(2).nnz())),
+      embedded(size_of(problem.nz())),
+      unused_slopes(size_of(problem.chart.result(1).nnz())) {}
 
 Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
                              int threads, std::shared_ptr<const ExactHessian> exact)
@@ -148,25 +148,24 @@ void Transcription::set_measured(VectorView measured) {
   if (measured.size() != problem_->nz())
     throw std::invalid_argument("the measured knot has " + std::to_string(measured.size()) +
                                 " entries; " + std::to_string(problem_->nz()) + " are needed");
-  for (const BlockInfo& b : problem_->blocks()) {
-    const auto value = measured.segment(b.offset, b.size);
-    if (!value.allFinite())
-      throw std::invalid_argument("measured '" + b.name + "' holds a value that is not finite");
-    if (b.is_quaternion && value.norm() < kZeroNorm)
+  if (!all_finite(measured))
+    for (const BlockInfo& b : problem_->blocks())
+      if (!all_finite(measured.data() + b.offset, b.size))
+        throw std::invalid_argument("measured '" + b.name + "' holds a value that is not finite");
+  for (const BlockInfo& b : problem_->quaternions())
+    if (measured.segment<4>(b.offset).norm() < kZeroNorm)
       throw std::invalid_argument("measured '" + b.name + "' is a quaternion of norm zero");
-  }
   measured_ = measured;
-  for (const BlockInfo& b : problem_->blocks())
-    if (b.is_quaternion) measured_.segment(b.offset, b.size).normalize();
+  for (const BlockInfo& b : problem_->quaternions()) measured_.segment<4>(b.offset).normalize();
 }
 
 // ---- projection -------------------------------------------------------------------------------
 
 /// Moves charted blocks of a knot onto their surfaces.
-void Transcription::embed(RowMatrix& trajectory, int knot) const {
+void Transcription::embed(RowMatrix& trajectory, int knot) {
   const std::vector<KnotShape::Entries>& charted = shape(knot).charted;
   if (charted.empty()) return;
-  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  DerivativeBuffers& out = derivatives_.front();
   double* z = trajectory.row(knot).data();
   FunctionWorkspace& w = workspaces_.front();
   w.arguments[0] = z;

@@ -136,7 +136,7 @@ class Transcription {
   void refuse_locals_in_dynamics() const;
   void set_multipliers(int knot, const StageQpSolution& multipliers);
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
-  void embed(RowMatrix& trajectory, int knot) const;
+  void embed(RowMatrix& trajectory, int knot);
   void evaluate_defect(int knot, const RowMatrix& trajectory);
   bool has_finite_values(int knot) const;
   bool has_finite_derivatives(int knot) const;
@@ -163,9 +163,9 @@ class Transcription {
   StageQp qp_;
   std::unordered_map<int, std::vector<QpStage>> idle_;  // by pattern, stages that no knot has now
 
-  mutable ThreadPool pool_;
-  mutable std::vector<FunctionWorkspace> workspaces_;
-  mutable std::vector<KnotBuffers> buffers_;
+  ThreadPool pool_;
+  std::vector<FunctionWorkspace> workspaces_;
+  std::vector<KnotBuffers> buffers_;
   std::vector<DerivativeBuffers> derivatives_;  // [threads]
   std::vector<ExactBuffers> exact_buffers_;
   std::unique_ptr<FlagTable> flag_table_;
