@@ -1,5 +1,9 @@
 #pragma once
 
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 #include "vector.hpp"
 
 // Transposition and lane-wise reduction of a square of registers.
@@ -49,14 +53,17 @@ PALANQUIN_INLINE void transpose_registers(Vector (&v)[kWidth]) {
 /// vectors, as shuffles have one port and loads have two.
 PALANQUIN_INLINE void load_transposed(const double* a, int ld, Vector (&v)[kWidth]) {
 #if defined(__AVX512F__)
-  typedef double Half __attribute__((vector_size(32), may_alias));
-  const auto half = [](const double* p) { return *reinterpret_cast<const Half*>(p); };
+  // An intrinsic, as the compiler would make a shuffle on that port of __builtin_shufflevector.
+  const auto join = [](const double* low, const double* high) {
+    const __m512d lower = _mm512_castpd256_pd512(_mm256_load_pd(low));
+    return reinterpret_cast<Vector>(_mm512_mask_broadcast_f64x4(lower, 0xf0, _mm256_load_pd(high)));
+  };
 #pragma GCC unroll 4
   for (int i = 0; i < 4; ++i) {
     const double* left = a + static_cast<long>(i) * ld;
     const double* right = a + static_cast<long>(i + 4) * ld;
-    v[i] = __builtin_shufflevector(half(left), half(right), 0, 1, 2, 3, 4, 5, 6, 7);
-    v[i + 4] = __builtin_shufflevector(half(left + 4), half(right + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+    v[i] = join(left, right);
+    v[i + 4] = join(left + 4, right + 4);
   }
   transpose_bit<1>(v);
   transpose_bit<2>(v);
