@@ -15,19 +15,29 @@ inline constexpr int kTrailingVectors = 3;
 inline constexpr int kTrailingColumns = kAccumulators / kTrailingVectors;
 inline constexpr int kPanelVectors = kWidth == 8 ? 3 : 1;
 
+/// Keeps the compiler from holding one address per vector of a tile: one per column will do.
+template <class T>
+PALANQUIN_INLINE void forget_origin(T*& p) {
+  __asm__("" : "+r"(p));
+}
+
 template <int C, int V>
 PALANQUIN_INLINE void load_tile(Vector (&t)[C][V], const double* a, int ld) {
 #pragma GCC unroll 8
-  for (int c = 0; c < C; ++c)
+  for (int c = 0; c < C; ++c, a += ld) {
+    forget_origin(a);
 #pragma GCC unroll 4
-    for (int v = 0; v < V; ++v) t[c][v] = load(a + v * kWidth + static_cast<long>(c) * ld);
+    for (int v = 0; v < V; ++v) t[c][v] = load(a + v * kWidth);
+  }
 }
 template <int C, int V>
 PALANQUIN_INLINE void store_tile(const Vector (&t)[C][V], double* a, int ld) {
 #pragma GCC unroll 8
-  for (int c = 0; c < C; ++c)
+  for (int c = 0; c < C; ++c, a += ld) {
+    forget_origin(a);
 #pragma GCC unroll 4
-    for (int v = 0; v < V; ++v) store(a + v * kWidth + static_cast<long>(c) * ld, t[c][v]);
+    for (int v = 0; v < V; ++v) store(a + v * kWidth, t[c][v]);
+  }
 }
 
 /// t -= A B' with `depth` columns of A (the tile's rows) and B (its columns' rows).
