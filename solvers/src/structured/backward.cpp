@@ -72,11 +72,10 @@ void point_to_columns(Workspace& work, const Knot& knot) {
     column[plan.state_slot + j] = knot.value + j * plan.value_ld - plan.state_slot;
 }
 
-/// Step (3): entries of the knot's own Hessian.
-void add_hessian(const Workspace& work, const QpStage& stage,
-                 const std::vector<HessianEntry>& entries) {
-  for (const HessianEntry& e : entries)
-    work.column[e.column][e.row] += stage.hessian.values[e.entry];
+/// Step (3): entries of the knot's own Hessian in the columns that `columns` holds.
+void add_hessian(const QpStage& stage, const std::vector<HessianEntry>& entries, double* columns) {
+  const double* values = stage.hessian.values.data();
+  for (const HessianEntry& e : entries) columns[e.place] += values[e.entry];
 }
 
 /// The knot's own gradient over slots.
@@ -128,9 +127,11 @@ bool eliminate_locals(const Workspace& work, const Knot& knot, double* gradient)
 }
 
 /// The gradient becomes G's last row.
-void add_gradient(const Workspace& work, const KnotPlan& plan, const double* gradient) {
-  for (int j = 0; j < plan.nx + plan.nu; ++j)
-    work.column[plan.slot[j]][plan.gradient_slot] += gradient[plan.slot[j]];
+void add_gradient(const KnotPlan& plan, const double* gradient, const Knot& knot) {
+  double* input = knot.panel + padded(plan.nu) + plan.nx;
+  for (int j = 0; j < plan.nu; ++j) input[j * plan.panel_ld] += gradient[plan.input_slot + j];
+  double* state = knot.value + plan.nx;
+  for (int j = 0; j < plan.nx; ++j) state[j * plan.value_ld] += gradient[plan.state_slot + j];
 }
 
 /// Step (5): inputs are pivots, P_k and p_k remain in value().
@@ -152,7 +153,7 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
   double* gradient = work.gradient;
   point_to_columns(work, knot);
   start_gradient(stage, plan, gradient);
-  add_hessian(work, stage, plan.local_hessian);
+  add_hessian(stage, plan.local_hessian, work.locals);
   clear_columns(knot.value, plan.value_ld, plan.nx, padded(plan.nx));
   if (k < qp.horizon()) {
     propagate_value(work, stage, knot, work.knots[k + 1]);
@@ -165,8 +166,9 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
            model.slope[k].data(), gradient);
   if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, gradient);
   if (!eliminate_locals(work, knot, gradient)) return false;
-  add_hessian(work, stage, plan.hessian);
-  add_gradient(work, plan, gradient);
+  add_hessian(stage, plan.input_hessian, knot.panel);
+  add_hessian(stage, plan.state_hessian, knot.value);
+  add_gradient(plan, gradient, knot);
   return eliminate_inputs(work, knot);
 }
 

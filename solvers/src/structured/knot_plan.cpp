@@ -33,8 +33,8 @@ void PlanCapacity::include(const QpStage& stage) {
 
 void PlanCapacity::apply(KnotPlan& plan) const {
   plan.slot.reserve(variables);
-  plan.local_hessian.reserve(hessian);
-  plan.hessian.reserve(hessian);
+  for (auto* entries : {&plan.local_hessian, &plan.input_hessian, &plan.state_hessian})
+    entries->reserve(hessian);
   plan.dynamics.reserve(dynamics);
   penalty.apply(plan.penalty);
   equality.apply(plan.equality);
@@ -64,7 +64,8 @@ bool KnotPlan::fits(const QpStage& stage) const {
     return rows.rows() == block.rows && rows.slot.size() == block.values.size();
   };
   return nx == stage.nx && nu == stage.nu && nl == stage.nl &&
-         local_hessian.size() + hessian.size() == stage.hessian.values.size() &&
+         local_hessian.size() + input_hessian.size() + state_hessian.size() ==
+             stage.hessian.values.size() &&
          next_nx == stage.dynamics.rows && dynamics.entries() == stage.dynamics.nnz() &&
          implicit_entries == stage.implicit.nnz() && has_rows(penalty, stage.penalty_jacobian) &&
          has_rows(equality, stage.equality_jacobian);
@@ -91,12 +92,20 @@ void KnotPlanner::number_slots(const QpStage& stage, KnotPlan& plan) {
 }
 
 void KnotPlanner::list_hessian(const SparseBlock& hessian, KnotPlan& plan) {
-  plan.local_hessian.clear();
-  plan.hessian.clear();
+  for (auto* entries : {&plan.local_hessian, &plan.input_hessian, &plan.state_hessian})
+    entries->clear();
   for (int j = 0; j < hessian.cols; ++j) {
     for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
       const auto [low, high] = std::minmax(plan.slot[j], plan.slot[hessian.row_index[e]]);
-      (low < plan.nl ? plan.local_hessian : plan.hessian).push_back({e, high, low});
+      if (low < plan.nl) {
+        plan.local_hessian.push_back({e, low * plan.local_ld() + high});
+      } else {
+        const bool is_input = low < plan.state_slot;
+        const int first = is_input ? plan.input_slot : plan.state_slot;
+        const int ld = is_input ? plan.panel_ld : plan.value_ld;
+        (is_input ? plan.input_hessian : plan.state_hessian)
+            .push_back({e, (low - first) * ld + high - first});
+      }
     }
   }
 }

@@ -23,11 +23,10 @@ struct RowPattern {
   }
 };
 
-/// An entry of a stage's Hessian and its element of G's lower triangle, by slots.
+/// An entry of a stage's Hessian and its place in the array that holds its column of G.
 struct HessianEntry {
   int entry = 0;
-  int row = 0;
-  int column = 0;
+  int place = 0;
 };
 
 /// How G of step (3) is laid out. Its rows and columns are slots in the order
@@ -53,10 +52,10 @@ KnotLayout lay_out(const QpStage& stage);
 
 /// Where everything of a knot stands, by slots: knots of one pattern share it.
 struct KnotPlan : KnotLayout {
-  std::vector<int> slot;                    ///< [nw] of variable j of w = (x, u, l)
-  std::vector<HessianEntry> local_hessian;  ///< entries of the Hessian in locals' columns of G
-  std::vector<HessianEntry> hessian;        ///< the others
-  int next_nx = 0;                          ///< rows of the dynamics
+  std::vector<int> slot;  ///< [nw] of variable j of w = (x, u, l)
+  // Entries of the Hessian in G's columns of locals, inputs and states.
+  std::vector<HessianEntry> local_hessian, input_hessian, state_hessian;
+  int next_nx = 0;  ///< rows of the dynamics
   SparseRuns dynamics;
   int implicit_entries = 0;
   RowPattern penalty;
