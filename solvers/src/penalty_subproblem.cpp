@@ -94,7 +94,8 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     result.solve_ms += solver.solve_ms();
     segment_->aim(solution.w, candidate_.w);
     const PenaltySegment::ModelError error = segment_->model_error(model_);
-    if (!is_usable(status) || std::isnan(error.slope)) {
+    const double decrease = -(result.predicted_change + segment_->change(1.0));
+    if (!is_usable(status) || std::isnan(error.slope) || std::isnan(decrease)) {
       // Later on the point at hand remains good, just not the best.
       const QpStatus failure = is_usable(status) ? QpStatus::NonFinite : status;
       result.status = result.iterations == 1 ? failure : QpStatus::Inaccurate;
@@ -104,7 +105,6 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
 
     // (2) If the model's slopes are the true ones there, nothing remains to be done; if they are
     // close, next to nothing. A back end that stops early comes closer with every call.
-    const double decrease = -(result.predicted_change + segment_->change(1.0));
     result.converged = error.slope <= settings_.tolerance ||
                        (!solver.capabilities().stops_early &&
                         error.gain <= settings_.decrease_tolerance * decrease);

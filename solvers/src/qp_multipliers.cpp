@@ -40,6 +40,10 @@ class MultipliersQpSolver final : public QpSolver {
     return is_infeasible_ ? &point_ : nullptr;
   }
 
+  void find_dynamics_multipliers(StageQpSolution& solution) override {
+    solver_.find_dynamics_multipliers(solution);
+  }
+
   Eigen::MatrixXd feedback_gain() const override { return solver_.feedback_gain(); }
 
  private:

@@ -111,6 +111,7 @@ int keep_model(const PenaltyModel& model, std::vector<double>& kept) {
 /// Steps (1) to (5) from knot `last` down to the first.
 QpStatus factorize_knots(Workspace& work, const StageQp& qp, const PenaltyModel& model, int last) {
   work.factorized = nullptr;
+  work.is_solved = false;
   for (int k = last; k >= 0; --k) {
     if (structured::factorize_knot(work, qp, model, k)) continue;
     work.clear();
@@ -165,10 +166,21 @@ QpStatus StructuredQpSolver::feedback(const Eigen::VectorXd& initial_state,
   QpStatus status = QpStatus::NonFinite;
   if (structured::roll_out(work, qp, initial_state))
     status = work.has_equality_rows ? structured::refine_equality_rows(work, qp) : QpStatus::Solved;
-  if (is_usable(status)) structured::unpack(work, solution);
+  work.is_solved = is_usable(status);
+  if (work.is_solved) structured::unpack(work, solution);
   if (status == QpStatus::NonFinite) work.clear();
   solve_ms_ = stopwatch.lap_ms();
   return status;
+}
+
+void StructuredQpSolver::find_dynamics_multipliers(StageQpSolution& solution) {
+  Workspace& work = *workspace_;
+  if (work.factorized == nullptr || !work.is_solved) return;
+  check_solution(*work.factorized, solution);
+  if (!work.has_equality_rows) structured::find_multipliers(work, *work.factorized);
+  for (std::size_t k = 0; k < work.knots.size(); ++k)
+    std::copy_n(work.knots[k].multiplier, work.knots[k].plan->nx,
+                solution.dynamics_multiplier[k].data());
 }
 
 QpStatus StructuredQpSolver::solve(const StageQp& qp, const PenaltyModel& model,

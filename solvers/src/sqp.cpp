@@ -131,12 +131,16 @@ Eigen::MatrixXd Sqp::feedback_gain() const {
 }
 
 RowMatrix Sqp::dynamics_multipliers() const {
+  if (is_prepared_)
+    throw std::logic_error("dynamics_multipliers: the prepared QP waits for its feedback");
   const int horizon = transcription_.horizon();
   const Eigen::Index size = transcription_.problem().ndx();
   RowMatrix rows = RowMatrix::Zero(horizon, size);
   if (solution_.dynamics_multiplier.empty()) return rows;
+  StageQpSolution solution = solution_;
+  qp_solver_->find_dynamics_multipliers(solution);
   for (int k = 0; k < horizon; ++k) {
-    const Eigen::VectorXd& row = solution_.dynamics_multiplier[k + 1];
+    const Eigen::VectorXd& row = solution.dynamics_multiplier[k + 1];
     if (row.size() != size)
       throw std::logic_error("dynamics_multipliers: knot " + std::to_string(k + 1) +
                              " carries blocks over, whose multipliers have no row here");
@@ -241,6 +245,7 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
     return false;
   }
   record.predicted = result.predicted_change;
+  if (settings_.hessian == HessianKind::Exact) qp_solver_->find_dynamics_multipliers(solution_);
 
   const bool accepted = search_step(record);
   record.times.globalize += watch.lap_ms();

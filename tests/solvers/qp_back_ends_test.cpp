@@ -50,6 +50,7 @@ class QpBackEnd : public ::testing::TestWithParam<std::string> {
 
   void expect_solved(const StageQp& qp) {
     ASSERT_EQ(solve(qp), QpStatus::Solved);
+    solver_->find_dynamics_multipliers(solution_);
     const Eigen::VectorXd expected = DenseQp(qp, model_).solve();
     const Eigen::VectorXd actual = DenseQp::stack(solution_.w);
     EXPECT_LE((actual - expected).norm(), tolerance() * (1.0 + expected.norm()));

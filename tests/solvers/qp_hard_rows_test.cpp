@@ -43,6 +43,7 @@ class HardRowsBackEnd : public ::testing::TestWithParam<std::string> {
 
   /// Feasible, multipliers of the right sign, complementary; counts the rows that bind.
   void expect_kkt(const StageQp& qp, double tolerance, int& active) {
+    solver_->find_dynamics_multipliers(solution_);
     EXPECT_LE(kkt_residual(qp, model_, solution_).max(), 10 * tolerance);
     for (std::size_t k = 0; k < qp.stages.size(); ++k) {
       Eigen::VectorXd row = qp.stages[k].inequality_value;

@@ -121,6 +121,24 @@ TEST(StructuredQpErrors, HardAndLinkRowsAreUnsupported) {
   EXPECT_EQ(Case(random_stage_qp({.link_rows = {1, 1}}, 1)).solve(), QpStatus::Unsupported);
 }
 
+TEST(StructuredQpErrors, NoMultipliersWithoutASolution) {
+  Case c(random_qp());
+  const Eigen::VectorXd before = c.solution.dynamics_multiplier[0];
+  const auto finds_nothing = [&] {
+    c.solver.find_dynamics_multipliers(c.solution);
+    return c.solution.dynamics_multiplier[0] == before;
+  };
+  EXPECT_TRUE(finds_nothing());
+  EXPECT_EQ(c.solver.factorize(c.qp, c.model), QpStatus::Solved);
+  EXPECT_TRUE(finds_nothing());
+  EXPECT_EQ(c.solve(), QpStatus::Solved);
+  EXPECT_FALSE(finds_nothing());
+  c.solution.dynamics_multiplier[0] = before;
+  const StageQp linked = random_stage_qp({.link_rows = {1, 1}}, 1);
+  EXPECT_EQ(c.solver.solve(linked, c.model, c.solution), QpStatus::Unsupported);
+  EXPECT_TRUE(finds_nothing());
+}
+
 TEST(StructuredQpErrors, MisuseNamesKnotAndBlock) {
   Case c(random_qp());
   c.qp.stages[2].dynamics = SparseBlock::from_dense(Eigen::MatrixXd::Ones(4, 99));

@@ -49,6 +49,7 @@ void expect_equal(const StageQpSolution& a, const StageQpSolution& b, double tol
 void expect_solved(StructuredQpSolver& solver, const StageQp& qp, const PenaltyModel& model) {
   StageQpSolution solution = sized_for(qp);
   ASSERT_EQ(solver.solve(qp, model, solution), QpStatus::Solved);
+  solver.find_dynamics_multipliers(solution);
   expect_equal(solution, testing::solve_kkt_by_lu(qp, model), kTolerance);
   double size = 1.0;
   for (const Eigen::VectorXd& lambda : solution.dynamics_multiplier)
@@ -241,6 +242,7 @@ TEST_P(StructuredQp, ValueFunctionGivesTheFirstMultiplier) {
   StructuredQpSolver solver = make_solver();
   StageQpSolution solution = sized_for(qp);
   ASSERT_EQ(solver.solve(qp, model, solution), QpStatus::Solved);
+  solver.find_dynamics_multipliers(solution);
   const Eigen::VectorXd slope =
       solver.value_hessian(0) * qp.initial_state + solver.value_gradient(0);
   EXPECT_LE((slope - solution.dynamics_multiplier[0]).norm(), kTolerance);

@@ -25,9 +25,8 @@ double propagation_flops(const QpStage& stage, const KnotPlan& plan, double nx_n
 }
 
 double forward_flops(const QpStage& stage, const KnotPlan& plan) {
-  const double multiplier = 2.0 * plan.nx * plan.nx;
   const double inputs = 2.0 * plan.nu * (plan.nx + 1.0) + 1.0 * plan.nu * plan.nu;
-  return multiplier + inputs + 2.0 * stage.dynamics.nnz() + 4.0 * stage.implicit.nnz();
+  return inputs + 2.0 * stage.dynamics.nnz() + 4.0 * stage.implicit.nnz();
 }
 
 }  // namespace

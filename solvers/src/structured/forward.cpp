@@ -54,19 +54,25 @@ bool roll_out(Workspace& work, const StageQp& qp, const Eigen::VectorXd& initial
     x[plan.nx] = 1.0;  // takes the gradient's row of the factors in
     solve_inputs(work, knot, knot.z);
     solve_locals(work, knot, knot.z);
-    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld, x,
-                                     knot.multiplier);
-    if (k > 0) substitute_transposed(qp.stages[k - 1], *work.knots[k - 1].plan, knot.multiplier);
     if (k == qp.horizon()) break;
     double* next_x = work.knots[k + 1].z + work.knots[k + 1].plan->state_slot;
     std::copy_n(qp.stages[k].offset.data(), qp.stages[k].offset.size(), next_x);
     advance(work, qp.stages[k], plan, knot.z, next_x);
   }
-  double finite = 0.0;
-  for (const Knot& knot : work.knots)
-    finite +=
-        finiteness(knot.z, knot.plan->gradient_slot) + finiteness(knot.multiplier, knot.plan->nx);
+  const Knot& first = work.knots.front();  // whose value function no z depends on
+  double finite = finiteness(first.value, first.plan->value_ld * first.plan->nx);
+  for (const Knot& knot : work.knots) finite += finiteness(knot.z, knot.plan->gradient_slot);
   return finite == 0.0;
+}
+
+void find_multipliers(Workspace& work, const StageQp& qp) {
+  for (int k = 0; k <= qp.horizon(); ++k) {
+    const Knot& knot = work.knots[k];
+    const KnotPlan& plan = *knot.plan;
+    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld,
+                                     knot.z + plan.state_slot, knot.multiplier);
+    if (k > 0) substitute_transposed(qp.stages[k - 1], *work.knots[k - 1].plan, knot.multiplier);
+  }
 }
 
 void unpack(const Workspace& work, StageQpSolution& solution) {
@@ -77,7 +83,6 @@ void unpack(const Workspace& work, StageQpSolution& solution) {
     w = std::copy_n(knot.z + plan.state_slot, plan.nx, w);
     w = std::copy_n(knot.z + plan.input_slot, plan.nu, w);
     std::copy_n(knot.z, plan.nl, w);
-    std::copy_n(knot.multiplier, plan.nx, solution.dynamics_multiplier[k].data());
     if (plan.equality.rows() > 0)
       std::copy_n(knot.equality_multiplier, plan.equality.rows(),
                   solution.equality_multiplier[k].data());

@@ -17,11 +17,13 @@ void advance(const Workspace& workspace, const QpStage& stage, const KnotPlan& p
 /// v := (I - N')^{-1} v: the value function's slope in x+, taken over to the rows F w + b.
 void substitute_transposed(const QpStage& stage, const KnotPlan& plan, double* v);
 
-/// Step (6): z and multipliers of every knot from `initial_state`. Returns whether all of them are
-/// finite.
+/// Step (6): z of every knot from `initial_state`. Returns whether all of them are finite.
 bool roll_out(Workspace& workspace, const StageQp& qp, const Eigen::VectorXd& initial_state);
 
-/// Copies the knots' z and multipliers into `solution`.
+/// The multipliers of the dynamics at the knots' z.
+void find_multipliers(Workspace& workspace, const StageQp& qp);
+
+/// Copies the knots' z and multipliers of equality rows into `solution`.
 void unpack(const Workspace& workspace, StageQpSolution& solution);
 
 }  // namespace palanquin::structured

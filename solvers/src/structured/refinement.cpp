@@ -182,6 +182,7 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
 }  // namespace
 
 QpStatus refine_equality_rows(Workspace& work, const StageQp& qp) {
+  find_multipliers(work, qp);
   for (int k = 0; k <= qp.horizon(); ++k) start_multipliers(qp.stages[k], work.knots[k]);
   constexpr double kStalled = 0.5;         // less progress than this is none
   constexpr double kContradiction = 1e-6;  // a stalled residual above this has no solution

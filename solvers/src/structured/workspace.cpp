@@ -119,6 +119,7 @@ void Workspace::hand_out_memory(const MemorySizes& sizes) {
 
 void Workspace::clear() {
   factorized = nullptr;
+  is_solved = false;
   is_analyzed_ = false;
   memory_.clear();
 }

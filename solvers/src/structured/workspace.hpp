@@ -66,6 +66,7 @@ struct Workspace {
   std::vector<double*> column;  ///< element (i, j), i >= j, of its G is column[j][i]
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
+  bool is_solved = false;               ///< whether the knots' z are the solution with them
   std::vector<double> model;            ///< slopes and curvatures of these factors, knot by knot
 
   /// Finds every knot's plan and gives it memory. Throws std::invalid_argument if a block does not

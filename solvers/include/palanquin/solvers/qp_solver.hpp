@@ -39,7 +39,8 @@ class QpSolver {
   virtual QpCapabilities capabilities() const = 0;
 
   /// Solves the QP. `solution` has the sizes of `qp` (StageQpSolution::resize) and holds a warm
-  /// start on entry; it is overwritten only as far as the returned status says it is usable.
+  /// start on entry; it is overwritten only as far as the returned status says it is usable. The
+  /// dynamics' multipliers may be left out, see find_dynamics_multipliers.
   virtual QpStatus solve(const StageQp& qp, const PenaltyModel& model,
                          StageQpSolution& solution) = 0;
 
@@ -60,6 +61,11 @@ class QpSolver {
   virtual QpStatus finish(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) {
     return solve(qp, model, solution);
   }
+
+  /// Writes the dynamics' multipliers of the last solution into `solution`, which has the sizes of
+  /// its QP; nothing in that QP may have changed since. Few need them: a back end whose method does
+  /// without finds them when asked. `solution` stays as it is when there was no usable solution.
+  virtual void find_dynamics_multipliers(StageQpSolution& solution) { static_cast<void>(solution); }
 
   /// du_0/dx_0 of the last solution [nu_0 x nx_0], penalties as in the last model; empty where the
   /// back end does not know it.

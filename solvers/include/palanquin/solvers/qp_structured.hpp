@@ -20,7 +20,7 @@ struct Workspace;
 ///   (3) G = H + F'W + J'D J is formed, lower triangle only, its gradient as one more row,
 ///   (4) locals are eliminated group by group, touching only the columns that they meet,
 ///   (5) a partial Cholesky of G over the inputs leaves P and p of knot k;
-/// and forwards (6) inputs, locals, next states and multipliers follow from the initial state.
+/// and forwards (6) inputs, locals and next states follow from the initial state.
 /// docs/structured-solver.md derives it. Work is linear in the horizon.
 ///
 /// Equality rows enter (3) as stiff quadratic rows and are then made exact by refining with the
@@ -51,6 +51,9 @@ class StructuredQpSolver final : public QpSolver {
   /// has changed: knots behind the last one whose penalties changed keep their factors.
   QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
                    StageQpSolution& solution) override;
+
+  /// Throws std::invalid_argument for wrong sizes.
+  void find_dynamics_multipliers(StageQpSolution& solution) override;
 
   /// factorize, and feedback from qp.initial_state; the gain is input_gain(0).
   QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {

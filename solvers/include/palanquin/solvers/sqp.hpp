@@ -118,7 +118,8 @@ class Sqp {
   Eigen::MatrixXd feedback_gain() const;
 
   /// Multipliers of the dynamics in the last QP [N, ndx], row k of those from knot k to k + 1: how
-  /// the cost changes with an offset of x_{k+1}. Throws std::logic_error where blocks are carried.
+  /// the cost changes with an offset of x_{k+1}. Throws std::logic_error where blocks are carried,
+  /// and between `prepare` and `feedback`.
   RowMatrix dynamics_multipliers() const;
 
   /// Cost of the last QP at its solution, penalties included: what a linear MPC minimises. NaN
