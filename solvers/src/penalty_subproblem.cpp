@@ -85,7 +85,8 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
   double steepest = 0.0;  // |phi'| among the iterations so far
   while (!result.converged && result.iterations < settings_.max_inner_iterations) {
     // (1) The minimiser of the QP with the penalties' quadratics.
-    candidate_ = solution;
+    if (solver.capabilities().starts_warm) candidate_ = solution;
+    candidate_.resize(qp);
     const QpStatus status = result.iterations > 0 ? solver.resolve(qp, model_, candidate_)
                             : is_prepared         ? solver.finish(qp, model_, candidate_)
                                                   : solver.solve(qp, model_, candidate_);

@@ -21,7 +21,9 @@ class MultipliersQpSolver final : public QpSolver {
       : settings_(settings), solver_(structured) {}
 
   std::string_view name() const override { return "multipliers"; }
-  QpCapabilities capabilities() const override { return {.inequality_rows = true}; }
+  QpCapabilities capabilities() const override {
+    return {.inequality_rows = true, .starts_warm = true};
+  }
 
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {
     Stopwatch stopwatch;

@@ -71,7 +71,7 @@ class OsqpQpSolver final : public QpSolver {
 
   std::string_view name() const override { return "osqp"; }
   QpCapabilities capabilities() const override {
-    return {.inequality_rows = true, .link_rows = true, .stops_early = true};
+    return {.inequality_rows = true, .link_rows = true, .starts_warm = true, .stops_early = true};
   }
 
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {

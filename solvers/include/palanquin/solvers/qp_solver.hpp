@@ -24,6 +24,7 @@ inline bool is_usable(QpStatus s) { return s == QpStatus::Solved || s == QpStatu
 struct QpCapabilities {
   bool inequality_rows = false;
   bool link_rows = false;
+  bool starts_warm = false;  ///< from the point that `solution` holds on entry
   bool stops_early = false;  ///< at a tolerance far above rounding, as first-order methods do
 };
 
