@@ -47,6 +47,15 @@ TEST_F(Manifold, ExpTurnsAboutTheAxisByTheAngle) {
   }
 }
 
+TEST_F(Manifold, ExpIsExactToRoundingOnBothSidesOfItsSeriesEnd) {
+  for (double angle = 0.19; angle < 0.21; angle += 1e-4) {
+    const Vector3 axis = direction();
+    const Vector4 q = quaternion_exp(angle * axis);
+    EXPECT_NEAR(q[0], std::cos(0.5 * angle), 2e-16) << "angle " << angle;
+    EXPECT_LE((q.tail<3>() - std::sin(0.5 * angle) * axis).norm(), 5e-17) << "angle " << angle;
+  }
+}
+
 TEST_F(Manifold, LogInvertsExpUpToPi) {
   for (double angle : {0.0, 1e-12, 1e-7, 0.9e-6, 1.1e-6, 2.1e-6, 1e-4, 0.5, 3.0, kPi - 1e-8}) {
     const Vector3 v = angle * direction();

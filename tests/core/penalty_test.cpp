@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -51,6 +52,17 @@ TEST_P(EveryPenalty, IsConvexAndNonDecreasing) {
     EXPECT_GE(s.curvature, 0.0) << h;
     last_slope = s.slope;
   }
+}
+
+TEST_P(EveryPenalty, VanishesAsFarAsItSaysAndNoFurther) {
+  const double end = vanishes_until(policy_);
+  for (double below : {end, end - 1e-12, end - 1.0}) {
+    if (!std::isfinite(below)) continue;
+    const PenaltyValue s = evaluate_penalty(policy_, below);
+    EXPECT_EQ(std::max({std::abs(s.value), std::abs(s.slope), std::abs(s.curvature)}), 0.0);
+  }
+  const double above = std::isfinite(end) ? end + 1e-3 : -1e3;
+  EXPECT_NE(evaluate_penalty(policy_, above).value, 0.0);
 }
 
 TEST_P(EveryPenalty, NaNIsNotTakenForAnInactiveRow) {

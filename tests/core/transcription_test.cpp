@@ -140,6 +140,32 @@ TEST_F(TranscriptionTest, ComingBackToAGaitGivesTheSameBits) {
   expect_equal_values(moved.transcription.qp(), fresh.transcription.qp());
 }
 
+TEST_F(TranscriptionTest, AnotherPolicyReachesEveryKnotOfAMovingGait) {
+  const LoweredCase given = load("Hopper");
+  for (PolicyKind kind : {PolicyKind::SquaredHinge, PolicyKind::Hard}) {
+    const Policy policy{kind, 3.0, 0.1};
+    Prepared fresh(given, Form::Reduced, 1), changed(given, Form::Reduced, 1);
+    const RowMatrix start = fresh.iterate;
+    fresh.transcription.set_policy("friction", policy);
+    changed.iteration(advanced(given.parameters), given.measured);
+    changed.transcription.set_policy("friction", policy);
+    for (Prepared* made : {&fresh, &changed}) {
+      made->iterate = start;
+      made->iteration(given.parameters, given.measured);
+    }
+    expect_equal_values(changed.transcription.qp(), fresh.transcription.qp());
+    for (std::size_t k = 0; k < fresh.transcription.qp().stages.size(); ++k)
+      EXPECT_EQ(changed.transcription.qp().stages[k].penalty_policy,
+                fresh.transcription.qp().stages[k].penalty_policy);
+    const Evaluation a = changed.transcription.evaluate(start);
+    const Evaluation b = fresh.transcription.evaluate(start);
+    EXPECT_EQ(a.total(), b.total());
+    EXPECT_EQ(a.inequality_max, b.inequality_max);
+    changed.transcription.set_policy("friction", Policy{PolicyKind::RelaxedBarrier, 1.0, 0.1});
+    EXPECT_NE(changed.transcription.evaluate(start).total(), a.total());
+  }
+}
+
 TEST_F(TranscriptionTest, RegularizationGoesToTheDiagonal) {
   Prepared made(load("RigidBody"), Form::Reduced, 1);
   const Eigen::MatrixXd before = made.transcription.qp().stages[1].hessian.dense();
