@@ -35,17 +35,13 @@ void CurvatureMirror::apply(SparseBlock& lower) {
 }
 
 Transcription::ExactBuffers::ExactBuffers(const LoweredProblem& problem, const ExactHessian& exact)
+    // At least one value: Gather reads one where there is nothing to copy.
     : hessian(static_cast<std::size_t>(
-          std::max(exact.running.result(0).nnz(), exact.terminal.result(0).nnz()))),
+          std::max({exact.running.result(0).nnz(), exact.terminal.result(0).nnz(), 1}))),
       charted(problem.blocks().size()),
-      dynamics(static_cast<std::size_t>(problem.ndx())) {
-  auto rows = [&](RowKind kind) {
-    return static_cast<std::size_t>(std::max(problem.row_count(StageKind::Running, kind),
-                                             problem.row_count(StageKind::Terminal, kind)));
-  };
-  equality.resize(rows(RowKind::Equality));
-  inequality.resize(rows(RowKind::Inequality));
-}
+      dynamics(static_cast<std::size_t>(problem.ndx())),
+      equality(most_rows(problem, RowKind::Equality)),
+      inequality(most_rows(problem, RowKind::Inequality)) {}
 
 void Transcription::use_exact_hessians(const RowMatrix& trajectory,
                                        const StageQpSolution& multipliers) {
@@ -118,8 +114,8 @@ void Transcription::evaluate_exact_hessian(int thread, int knot, const RowMatrix
   (terminal ? exact_->terminal : exact_->running)(w);
 
   SparseBlock& hessian = qp_.stages[k].hessian;
-  std::fill(hessian.values.begin(), hessian.values.end(), 0.0);
-  shape.exact_hessian.add(buffers.hessian.data(), buffers_[k].slopes.data(), hessian.values.data());
+  shape.exact_hessian.write(buffers.hessian.data(), buffers_[k].slopes.data(),
+                            hessian.values.data());
   buffers.mirror.apply(hessian);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <set>
 #include <vector>
@@ -11,6 +12,12 @@ namespace palanquin {
 
 /// An int as a standard container counts.
 inline std::size_t size_of(int count) { return static_cast<std::size_t>(count); }
+
+/// Rows of a kind at a running knot or at the terminal one, whichever has more.
+inline std::size_t most_rows(const LoweredProblem& problem, RowKind kind) {
+  return static_cast<std::size_t>(std::max(problem.row_count(StageKind::Running, kind),
+                                           problem.row_count(StageKind::Terminal, kind)));
+}
 
 /// Values of the lowered functions at one knot.
 struct Transcription::KnotBuffers {
@@ -24,15 +31,27 @@ struct Transcription::KnotBuffers {
   int local_entry = -1;        // of the dynamics' Jacobian, where a local meets it; negative: none
 };
 
-/// Their derivatives, which go into the stage QP at once: a thread needs them for one knot at a
-/// time, and they stay in its cache.
-struct Transcription::DerivativeBuffers {
-  explicit DerivativeBuffers(const LoweredProblem& problem);
+/// Results of the lowered functions of a running knot, with derivatives, in order.
+enum class Transcription::KnotResult : int {
+  NextState,
+  Cost,
+  Equality,
+  Inequality,
+  Dynamics,
+  Implicit,
+  Gradient,
+  Hessian,
+  EqualityJacobian,
+  InequalityJacobian
+};
 
-  std::vector<double> dynamics, implicit, gradient, hessian, equality, inequality;
-  std::vector<double> link_previous, link;
-  std::vector<double> embedded;       // of the charts
-  std::vector<double> unused_slopes;  // where only the charts' values are wanted
+/// Results that a thread needs for one knot at a time.
+struct Transcription::ThreadBuffers {
+  explicit ThreadBuffers(const LoweredProblem& problem);
+
+  std::vector<double> link_previous, link;  // Jacobians of the link rows
+  std::vector<double> embedded;             // of the charts
+  std::vector<double> unused_slopes;        // where only the charts' values are wanted
 };
 
 /// Arguments and results of the exact Hessian of one knot.

@@ -12,7 +12,7 @@ constexpr int kNoSource = -1;  // a destination that no term reaches
 constexpr int kSum = -2;       // one that needs more than a copy
 }  // namespace
 
-void Gather::find_runs(int size) {
+void Gather::separate_copies(int size, int stride) {
   std::vector<int> source(static_cast<std::size_t>(size), kNoSource);
   const auto source_of = [&](const GatherEntry& e) -> int& {
     return source[static_cast<std::size_t>(e.destination)];
@@ -25,38 +25,22 @@ void Gather::find_runs(int size) {
     source_of(e) = is_first && is_plain(e) ? e.source : kSum;
   }
   std::erase_if(entries, [&](const GatherEntry& e) { return source_of(e) != kSum; });
-
-  runs.clear();
+  for (GatherEntry& e : entries)
+    if (e.source > 0) e.source *= stride;
   for (int i = 0; i < size; ++i) {
-    const int from = std::max(source[static_cast<std::size_t>(i)], kNoSource);
-    const bool goes_on =
-        !runs.empty() &&
-        (from < 0 ? runs.back().source < 0
-                  : from == runs.back().source + runs.back().size && runs.back().source >= 0);
-    if (!goes_on) runs.push_back({i, from, 0});
-    ++runs.back().size;
+    const int from = source[static_cast<std::size_t>(i)];
+    if (from < 0) cleared.push_back(i);
+    sources.push_back(std::max(from, 0) * stride);
   }
 }
 
 void Gather::write(const double* source, const double* slopes, double* destination) const {
-  for (const Run& run : runs) {
-    double* to = destination + run.destination;
-    if (run.source < 0)
-      std::fill_n(to, run.size, 0.0);
-    else  // a loop: most runs are too short for a call of memmove
-      for (int i = 0; i < run.size; ++i) to[i] = source[run.source + i];
-  }
-  add_entries(source, slopes, destination);
+  for (std::size_t i = 0; i < sources.size(); ++i) destination[i] = source[sources[i]];
+  for (int i : cleared) destination[i] = 0.0;
+  add(source, slopes, destination);
 }
 
 void Gather::add(const double* source, const double* slopes, double* destination) const {
-  for (const Run& run : runs)
-    if (run.source >= 0)
-      for (int i = 0; i < run.size; ++i) destination[run.destination + i] += source[run.source + i];
-  add_entries(source, slopes, destination);
-}
-
-void Gather::add_entries(const double* source, const double* slopes, double* destination) const {
   for (const GatherEntry& e : entries) {
     double value = e.source < 0 ? 1.0 : source[e.source];
     if (e.slope_a >= 0) value *= slopes[e.slope_a];
@@ -95,7 +79,6 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
     }
     block.end_column();
   }
-  gather.find_runs(block.nnz());
 }
 
 }  // namespace
@@ -141,7 +124,7 @@ ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signatu
   for (int j = 0; j < ndz; ++j)
     for (std::size_t e = start_[j]; e < start_[j + 1]; ++e)
       expansion_.entries.push_back({j, entries_[e].column, entries_[e].slope, -1});
-  expansion_.find_runs(ndz);
+  expansion_.separate_copies(ndz);
   entries_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
 }
 
@@ -182,15 +165,16 @@ std::vector<int> all_rows(int count) {
 }
 
 void build_rows(const Sparsity& pattern, const ColumnMap& columns, const std::vector<int>& rows,
-                SparseBlock& block, Gather& gather) {
+                int stride, SparseBlock& block, Gather& gather) {
   std::vector<Term> terms;
   add_terms(pattern, columns, rows, 0, terms);
   assemble(std::move(terms), static_cast<int>(rows.size()), columns.nw(), block, gather);
+  gather.separate_copies(block.nnz(), stride);
 }
 
 /// T'HT for a lower triangle H, as a lower triangle with its whole diagonal, or with every entry
 /// when it is to be `dense`.
-void build_hessian(const Sparsity& pattern, const ColumnMap& columns, bool dense,
+void build_hessian(const Sparsity& pattern, const ColumnMap& columns, bool dense, int stride,
                    SparseBlock& block, Gather& gather) {
   std::vector<Term> terms;
   for (int j = 0; j < pattern.cols; ++j)
@@ -209,18 +193,19 @@ void build_hessian(const Sparsity& pattern, const ColumnMap& columns, bool dense
     for (int r = c; r < (dense ? columns.nw() : c + 1); ++r)
       terms.push_back({r, c, kStructural, -1, -1});
   assemble(std::move(terms), columns.nw(), columns.nw(), block, gather);
+  gather.separate_copies(block.nnz(), stride);
 }
 
-void build_gradient(int ndz, const ColumnMap& columns, Gather& gather) {
+void build_gradient(int ndz, const ColumnMap& columns, int stride, Gather& gather) {
   for (int j = 0; j < ndz; ++j)
     for (const auto* e = columns.begin(j); e != columns.end(j); ++e)
       gather.entries.push_back({e->column, j, e->slope, -1});
-  gather.find_runs(columns.nw());
+  gather.separate_copies(columns.nw(), stride);
 }
 
 /// Rows of the next state: the lowered dynamics, then a copy for every carried block.
 void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, const ColumnMap& next,
-                    KnotShape& shape) {
+                    int stride, KnotShape& shape) {
   std::vector<Term> terms;
   add_terms(problem.running_linear.result(4), columns, all_rows(problem.ndx()), 0, terms);
   // A local meets no dynamics at this knot (a swing foot's lever arm has no force), whatever the
@@ -236,6 +221,7 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, con
       for (int i = 0; i < next.column_count(b); ++i)
         terms.push_back({next.first_column(b) + i, columns.first_column(b) + i, kConstant, -1, -1});
   assemble(std::move(terms), next.nx, columns.nw(), shape.pattern.dynamics, shape.dynamics);
+  shape.dynamics.separate_copies(shape.pattern.dynamics.nnz(), stride);
 
   const Sparsity& implicit = problem.running_linear.result(5);
   terms.clear();
@@ -243,6 +229,7 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, con
     for (int n = implicit.column_start[j]; n < implicit.column_start[j + 1]; ++n)
       terms.push_back({implicit.row_index[n], j, n, -1, -1});
   assemble(std::move(terms), next.nx, next.nx, shape.pattern.implicit, shape.implicit);
+  shape.implicit.separate_copies(shape.pattern.implicit.nnz(), stride);
   shape.pattern.offset = Eigen::VectorXd::Zero(next.nx);
 }
 
@@ -302,11 +289,13 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
   const bool running = knot.stage == StageKind::Running;
   const LoweredFunction& linear = running ? problem_->running_linear : problem_->terminal_linear;
   const int first = running ? 6 : 3;  // gradient, Hessian, equality and inequality Jacobians
-  build_gradient(problem_->ndz(), columns, shape->gradient);
+  // Values of running knots lie in lanes beside each other.
+  const int stride = problem_->knot_derivatives[running ? 0 : 1].lanes();
+  build_gradient(problem_->ndz(), columns, stride, shape->gradient);
   const bool dense = exact_ != nullptr;
-  build_hessian(linear.result(first + 1), columns, dense, stage.hessian, shape->hessian);
+  build_hessian(linear.result(first + 1), columns, dense, stride, stage.hessian, shape->hessian);
   if (exact_ != nullptr)
-    build_hessian((running ? exact_->running : exact_->terminal).result(0), columns, dense,
+    build_hessian((running ? exact_->running : exact_->terminal).result(0), columns, dense, 1,
                   stage.hessian, shape->exact_hessian);
 
   const auto& equalities = problem_->rows(knot.stage, RowKind::Equality);
@@ -317,12 +306,12 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
       active_rows(inequalities, knot.active[1], [&](std::size_t g) { return !knot.is_hard[g]; });
   shape->inequality_rows = active_rows(inequalities, knot.active[1],
                                        [&](std::size_t g) { return knot.is_hard[g] != 0; });
-  build_rows(linear.result(first + 3), columns, shape->penalty_rows, stage.penalty_jacobian,
+  build_rows(linear.result(first + 3), columns, shape->penalty_rows, stride, stage.penalty_jacobian,
              shape->penalty);
-  build_rows(linear.result(first + 3), columns, shape->inequality_rows, stage.inequality_jacobian,
-             shape->inequality);
-  build_rows(linear.result(first + 2), columns, shape->equality_rows, stage.equality_jacobian,
-             shape->equality);
+  build_rows(linear.result(first + 3), columns, shape->inequality_rows, stride,
+             stage.inequality_jacobian, shape->inequality);
+  build_rows(linear.result(first + 2), columns, shape->equality_rows, stride,
+             stage.equality_jacobian, shape->equality);
 
   if (running) {
     const auto& links = problem_->rows(StageKind::Running, RowKind::Link);
@@ -349,16 +338,19 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
       const int total = own + static_cast<int>(rows.size());
       assemble(joined(terms, structural(link_terms)), total, columns.nw(), stage.equality_jacobian,
                shape->equality);
+      shape->equality.separate_copies(stage.equality_jacobian.nnz(), stride);
       assemble(joined(structural(terms), link_terms), total, columns.nw(), unused,
                shape->initial_link);
     } else {
       shape->link_rows = rows;
       const ColumnMap before(*problem_, *previous);
-      build_rows(problem_->link_linear.result(1), before, rows, stage.link_previous,
+      build_rows(problem_->link_linear.result(1), before, rows, 1, stage.link_previous,
                  shape->link_previous);
-      build_rows(problem_->link_linear.result(2), columns, rows, stage.link_jacobian, shape->link);
+      build_rows(problem_->link_linear.result(2), columns, rows, 1, stage.link_jacobian,
+                 shape->link);
     }
-    if (next != nullptr) build_dynamics(*problem_, columns, ColumnMap(*problem_, *next), *shape);
+    if (next != nullptr)
+      build_dynamics(*problem_, columns, ColumnMap(*problem_, *next), stride, *shape);
   }
   size_values(stage);
   return shape;

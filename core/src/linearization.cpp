@@ -10,58 +10,131 @@
 
 namespace palanquin {
 
-void Transcription::evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear) {
+/// The terminal knot has neither a next state nor its two Jacobians.
+Transcription::KnotResult Transcription::terminal_result(int result) {
+  return static_cast<KnotResult>(result < 3 ? result + 1 : result + 3);
+}
+
+/// Evaluates all knots in parallel, running ones in groups of as many as a lowered function has
+/// lanes; with `linear` fills the stages too.
+void Transcription::evaluate_knots(const RowMatrix& trajectory, bool linear) {
+  resolve_shapes();
+  const auto& functions = linear ? problem_->knot_derivatives : problem_->knot_values;
+  const int lanes = functions[0].lanes();
+  const int groups = (horizon_ + lanes - 1) / lanes;
+  pool_.parallel_for(groups + 1, [&](int thread, int group) {
+    const bool terminal = group == groups;
+    const int first = terminal ? horizon_ : group * lanes;
+    const int last = terminal ? horizon_ + 1 : std::min(first + lanes, horizon_);
+    for (int knot = first; linear && knot < last; ++knot) evaluate_chart(thread, knot, trajectory);
+    evaluate_group(thread, first, last, trajectory, functions[terminal ? 1 : 0]);
+    for (int knot = first; knot < last; ++knot) {
+      if (!terminal) evaluate_defect(knot, trajectory);
+      evaluate_link(thread, knot, trajectory, linear);
+      if (linear) fill_values(knot, trajectory);
+    }
+  });
+}
+
+/// Evaluates knots [first, last), which are at most as many as `function` has lanes, and passes on
+/// its results.
+void Transcription::evaluate_group(int thread, int first, int last, const RowMatrix& trajectory,
+                                   const LaneFunction& function) {
+  FunctionWorkspace& w = workspaces_[static_cast<std::size_t>(thread)];
+  const bool terminal = first == horizon_;
+  const int lanes = function.lanes();
+  for (int lane = 0; lane < lanes; ++lane) {
+    const int knot = std::min(first + lane, last - 1);  // the last one fills up
+    int argument = lane;
+    const auto give = [&](const double* values) {
+      w.arguments[static_cast<std::size_t>(argument)] = values;
+      argument += lanes;
+    };
+    give(trajectory.row(knot).data());
+    if (!terminal) give(trajectory.row(knot + 1).data());
+    give(parameters_at(knot));
+  }
+  function(w, [&](int result, const double* values) {
+    const KnotResult kind = terminal ? terminal_result(result) : static_cast<KnotResult>(result);
+    for (int knot = first; knot < last; ++knot) take(knot, kind, values + (knot - first), lanes);
+  });
+}
+
+/// Puts one result of a knot, whose values are `stride` apart, where it belongs.
+void Transcription::take(int knot, KnotResult result, const double* values, int stride) {
+  const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
+  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
+  const auto copy = [&](std::vector<double>& target, int count) {
+    for (int i = 0; i < count; ++i) target[static_cast<std::size_t>(i)] = values[i * stride];
+  };
+  const auto rows = [&](RowKind kind) { return problem_->row_count(shape.signature.stage, kind); };
+  const auto write = [&](const Gather& recipe, double* target) {
+    recipe.write(values, out.slopes.data(), target);
+  };
+  switch (result) {
+    case KnotResult::NextState:
+      return copy(out.next_state, problem_->nx());
+    case KnotResult::Cost:
+      out.cost = *values;
+      return;
+    case KnotResult::Equality:
+      return copy(out.equality, rows(RowKind::Equality));
+    case KnotResult::Inequality:
+      return copy(out.inequality, rows(RowKind::Inequality));
+    case KnotResult::Dynamics:
+      out.local_entry = -1;
+      for (int entry : shape.local_dynamics)
+        if (std::abs(values[entry * stride]) > 0.0) out.local_entry = entry;
+      return write(shape.dynamics, stage.dynamics.values.data());
+    case KnotResult::Implicit:
+      return write(shape.implicit, stage.implicit.values.data());
+    case KnotResult::Gradient:
+      return write(shape.gradient, stage.gradient.data());
+    case KnotResult::Hessian:
+      return write(shape.hessian, stage.hessian.values.data());
+    case KnotResult::EqualityJacobian:
+      return write(shape.equality, stage.equality_jacobian.values.data());
+    case KnotResult::InequalityJacobian:
+      write(shape.penalty, stage.penalty_jacobian.values.data());
+      return write(shape.inequality, stage.inequality_jacobian.values.data());
+  }
+}
+
+/// Slopes of the charts, where blocks are charted.
+void Transcription::evaluate_chart(int thread, int knot, const RowMatrix& trajectory) {
+  const auto& charted = shapes_[static_cast<std::size_t>(knot)]->signature.charted;
+  if (std::none_of(charted.begin(), charted.end(), [](char c) { return c != 0; })) return;
   FunctionWorkspace& w = workspaces_[static_cast<std::size_t>(thread)];
   KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
-  DerivativeBuffers& derivatives = derivatives_[static_cast<std::size_t>(thread)];
-  const double* z = trajectory.row(knot).data();
-  const bool terminal = knot == horizon_;
+  w.arguments[0] = trajectory.row(knot).data();
+  w.arguments[1] = parameters_at(knot);
+  w.results[0] = thread_buffers_[static_cast<std::size_t>(thread)].embedded.data();
+  w.results[1] = out.slopes.data();
+  problem_->chart(w);
+}
 
-  int argument = 0, result = 0;
-  w.arguments[static_cast<std::size_t>(argument++)] = z;
-  if (!terminal) {
-    w.arguments[static_cast<std::size_t>(argument++)] = trajectory.row(knot + 1).data();
-    w.results[static_cast<std::size_t>(result++)] = out.next_state.data();
-  }
-  w.arguments[static_cast<std::size_t>(argument++)] = parameters_at(knot);
-  auto give = [&](double* target) { w.results[static_cast<std::size_t>(result++)] = target; };
-  give(&out.cost);
-  give(out.equality.data());
-  give(out.inequality.data());
-  if (linear) {
-    if (!terminal) {
-      give(derivatives.dynamics.data());
-      give(derivatives.implicit.data());
-    }
-    give(derivatives.gradient.data());
-    give(derivatives.hessian.data());
-    give(derivatives.equality.data());
-    give(derivatives.inequality.data());
-  }
-  if (terminal)
-    (linear ? problem_->terminal_linear : problem_->terminal)(w);
-  else
-    (linear ? problem_->running_linear : problem_->running)(w);
-  if (!terminal) evaluate_defect(knot, trajectory);
-
+/// Link rows, where there are some.
+void Transcription::evaluate_link(int thread, int knot, const RowMatrix& trajectory, bool linear) {
   const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
-  if (!shape.link_rows.empty() || !shape.initial_links.empty()) {
-    w.arguments[0] = knot > 0 ? trajectory.row(knot - 1).data() : measured_.data();
-    w.arguments[1] = z;
-    w.arguments[2] = parameters_at(knot);
-    w.results[0] = out.link.data();
-    w.results[1] = derivatives.link_previous.data();
-    w.results[2] = derivatives.link.data();
-    (linear ? problem_->link_linear : problem_->link)(w);
-  }
-  if (linear && std::any_of(shape.signature.charted.begin(), shape.signature.charted.end(),
-                            [](char c) { return c != 0; })) {
-    w.arguments[0] = z;
-    w.arguments[1] = parameters_at(knot);
-    w.results[0] = derivatives.embedded.data();
-    w.results[1] = out.slopes.data();
-    problem_->chart(w);
-  }
+  if (shape.link_rows.empty() && shape.initial_links.empty()) return;
+  FunctionWorkspace& w = workspaces_[static_cast<std::size_t>(thread)];
+  KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
+  ThreadBuffers& jacobians = thread_buffers_[static_cast<std::size_t>(thread)];
+  w.arguments[0] = knot > 0 ? trajectory.row(knot - 1).data() : measured_.data();
+  w.arguments[1] = trajectory.row(knot).data();
+  w.arguments[2] = parameters_at(knot);
+  w.results[0] = out.link.data();
+  w.results[1] = jacobians.link_previous.data();
+  w.results[2] = jacobians.link.data();
+  (linear ? problem_->link_linear : problem_->link)(w);
+  if (!linear) return;
+  QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
+  const double *previous = jacobians.link_previous.data(), *own = jacobians.link.data();
+  const double* slopes = out.slopes.data();
+  shape.initial_link.add(own, slopes, stage.equality_jacobian.values.data());
+  shape.link_previous.write(previous, slopes, stage.link_previous.values.data());
+  shape.link.write(own, slopes, stage.link_jacobian.values.data());
 }
 
 /// Residual d (-) x_{k+1} of the knot's dynamics [ndx].
@@ -83,28 +156,15 @@ void Transcription::evaluate_defect(int knot, const RowMatrix& trajectory) {
   }
 }
 
-void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory) {
+/// Values of the stage's rows, from those of the lowered functions.
+void Transcription::fill_values(int knot, const RowMatrix& trajectory) {
   const KnotShape& shape = *shapes_[static_cast<std::size_t>(knot)];
-  KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
-  const DerivativeBuffers& derivatives = derivatives_[static_cast<std::size_t>(thread)];
+  const KnotBuffers& in = buffers_[static_cast<std::size_t>(knot)];
   QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
-  const double* slopes = in.slopes.data();
-  auto write = [&](const Gather& recipe, const std::vector<double>& source, SparseBlock& block) {
-    recipe.write(source.data(), slopes, block.values.data());
-  };
   auto pick = [](const std::vector<int>& rows, const std::vector<double>& source, double* target) {
     for (std::size_t i = 0; i < rows.size(); ++i)
       target[i] = source[static_cast<std::size_t>(rows[i])];
   };
-
-  write(shape.hessian, derivatives.hessian, stage.hessian);
-  shape.gradient.write(derivatives.gradient.data(), slopes, stage.gradient.data());
-  write(shape.penalty, derivatives.inequality, stage.penalty_jacobian);
-  write(shape.inequality, derivatives.inequality, stage.inequality_jacobian);
-  write(shape.equality, derivatives.equality, stage.equality_jacobian);
-  shape.initial_link.add(derivatives.link.data(), slopes, stage.equality_jacobian.values.data());
-  write(shape.link_previous, derivatives.link_previous, stage.link_previous);
-  write(shape.link, derivatives.link, stage.link_jacobian);
   pick(shape.penalty_rows, in.inequality, stage.penalty_value.data());
   pick(shape.inequality_rows, in.inequality, stage.inequality_value.data());
   pick(shape.equality_rows, in.equality, stage.equality_value.data());
@@ -112,12 +172,6 @@ void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory
   pick(shape.link_rows, in.link, stage.link_value.data());
 
   if (knot == horizon_) return;
-  in.local_entry = -1;
-  for (int entry : shape.local_dynamics)
-    if (std::abs(derivatives.dynamics[static_cast<std::size_t>(entry)]) > 0.0)
-      in.local_entry = entry;
-  write(shape.dynamics, derivatives.dynamics, stage.dynamics);
-  write(shape.implicit, derivatives.implicit, stage.implicit);
   std::copy(in.defect.begin(), in.defect.end(), stage.offset.data());
   // A carried block's rows: its coordinates here minus those at the next knot.
   const ColumnMap& next = shapes_[static_cast<std::size_t>(knot + 1)]->columns;
@@ -132,11 +186,7 @@ void Transcription::fill_stage(int thread, int knot, const RowMatrix& trajectory
 }
 
 NonFinite Transcription::linearize(const RowMatrix& trajectory) {
-  resolve_shapes();
-  pool_.parallel_for(horizon_ + 1, [&](int thread, int knot) {
-    evaluate_knot(thread, knot, trajectory, true);
-    fill_stage(thread, knot, trajectory);
-  });
+  evaluate_knots(trajectory, true);
   refuse_locals_in_dynamics();
   update_initial_state(trajectory);
   // Derivatives are not looked at here, for speed: a QP back end refuses what is not finite.
@@ -154,9 +204,7 @@ const double* Transcription::slopes(int knot) const {
 }
 
 Evaluation Transcription::evaluate(const RowMatrix& trajectory) {
-  resolve_shapes();
-  pool_.parallel_for(horizon_ + 1,
-                     [&](int thread, int knot) { evaluate_knot(thread, knot, trajectory, false); });
+  evaluate_knots(trajectory, false);
   return summarize();
 }
 

@@ -17,11 +17,15 @@ LoweredLibrary::LoweredLibrary(const std::string& path) : path_(path) {
 }
 
 void* LoweredLibrary::symbol(const std::string& symbol) const {
-  void* address = dlsym(handle_.get(), symbol.c_str());
+  void* address = find_symbol(symbol);
   if (address == nullptr)
     throw std::runtime_error("'" + path_ + "' has no symbol '" + symbol +
                              "'; it was not lowered by this version of Palanquin");
   return address;
+}
+
+void* LoweredLibrary::find_symbol(const std::string& symbol) const {
+  return dlsym(handle_.get(), symbol.c_str());
 }
 
 namespace {
@@ -66,8 +70,14 @@ LoweredFunction::LoweredFunction(const LoweredLibrary& library, const std::strin
   size_reals_ = static_cast<std::size_t>(reals);
 }
 
+namespace {
+template <typename T>
+void grow(std::vector<T>& v, std::size_t size) {
+  v.resize(std::max(v.size(), size));
+}
+}  // namespace
+
 void LoweredFunction::prepare(FunctionWorkspace& workspace) const {
-  auto grow = [](auto& v, std::size_t size) { v.resize(std::max(v.size(), size)); };
   grow(workspace.arguments, std::max(size_arguments_, static_cast<std::size_t>(argument_count_)));
   grow(workspace.results, std::max(size_results_, results_.size()));
   grow(workspace.integers, size_integers_);
@@ -76,6 +86,38 @@ void LoweredFunction::prepare(FunctionWorkspace& workspace) const {
 
 void LoweredFunction::operator()(FunctionWorkspace& w) const {
   code_(w.arguments.data(), w.results.data(), w.integers.data(), w.reals.data(), 0);
+}
+
+LaneFunction::LaneFunction(const LoweredLibrary& library, const std::string& name)
+    : function_(library, name),
+      code_(reinterpret_cast<Code>(library.find_symbol(name + "_lanes"))) {
+  if (code_ != nullptr)
+    lanes_ =
+        static_cast<int>(reinterpret_cast<long long (*)()>(library.symbol("palanquin_lanes"))());
+}
+
+void LaneFunction::prepare(FunctionWorkspace& workspace) const {
+  function_.prepare(workspace);
+  grow(workspace.arguments, static_cast<std::size_t>(function_.argument_count() * lanes_));
+  std::size_t values = 1;
+  for (int i = 0; i < function_.result_count(); ++i)
+    values += static_cast<std::size_t>(function_.result(i).nnz());
+  grow(workspace.values, values);
+}
+
+void LaneFunction::evaluate(FunctionWorkspace& w, TakeResult take, void* context) const {
+  if (code_ != nullptr) {
+    code_(w.arguments.data(), take, context);
+    return;
+  }
+  double* values = w.values.data();
+  for (int i = 0; i < function_.result_count(); ++i) {
+    w.results[static_cast<std::size_t>(i)] = values;
+    values += function_.result(i).nnz();
+  }
+  function_(w);
+  for (int i = 0; i < function_.result_count(); ++i)
+    take(context, i, w.results[static_cast<std::size_t>(i)]);
 }
 
 }  // namespace palanquin

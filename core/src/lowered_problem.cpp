@@ -20,6 +20,9 @@ LoweredProblem::LoweredProblem(const std::string& path) : library_(path) {
   terminal_linear = LoweredFunction(library_, "terminal_linear");
   link = LoweredFunction(library_, "link");
   link_linear = LoweredFunction(library_, "link_linear");
+  knot_values = {LaneFunction(library_, "running"), LaneFunction(library_, "terminal")};
+  knot_derivatives = {LaneFunction(library_, "running_linear"),
+                      LaneFunction(library_, "terminal_linear")};
 }
 
 void LoweredProblem::parse_manifest(const std::string& text) {

@@ -13,32 +13,18 @@ namespace palanquin {
 
 namespace {
 constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no direction
-
-/// Entries of a result of running_linear or of its counterpart at the terminal knot, where results
-/// of the dynamics (d before, its two Jacobians behind the values) are missing.
-std::size_t widest(const LoweredProblem& problem, int result) {
-  return size_of(
-      std::max(problem.running_linear.result(result).nnz(),
-               problem.terminal_linear.result(result < 4 ? result - 1 : result - 3).nnz()));
-}
 }  // namespace
 
 Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem)
     : next_state(size_of(problem.nx())),
       defect(size_of(problem.ndx())),
-      equality(widest(problem, 2)),
-      inequality(widest(problem, 3)),
+      equality(most_rows(problem, RowKind::Equality)),
+      inequality(most_rows(problem, RowKind::Inequality)),
       link(size_of(problem.link_linear.result(0).nnz())),
       slopes(size_of(problem.chart.result(1).nnz())) {}
 
-Transcription::DerivativeBuffers::DerivativeBuffers(const LoweredProblem& problem)
-    : dynamics(size_of(problem.running_linear.result(4).nnz())),
-      implicit(size_of(problem.running_linear.result(5).nnz())),
-      gradient(size_of(problem.ndz())),
-      hessian(widest(problem, 7)),
-      equality(widest(problem, 8)),
-      inequality(widest(problem, 9)),
-      link_previous(size_of(problem.link_linear.result(1).nnz())),
+Transcription::ThreadBuffers::ThreadBuffers(const LoweredProblem& problem)
+    : link_previous(size_of(problem.link_linear.result(1).nnz())),
       link(size_of(problem.link_linear.result(2).nnz())),
       embedded(size_of(problem.nz())),
       unused_slopes(size_of(problem.chart.result(1).nnz())) {}
@@ -70,12 +56,14 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
   qp_.stages.resize(knots);
   buffers_.assign(knots, KnotBuffers(*problem_));
   workspaces_.resize(static_cast<std::size_t>(threads));
-  derivatives_.assign(static_cast<std::size_t>(threads), DerivativeBuffers(*problem_));
-  for (FunctionWorkspace& w : workspaces_)
+  thread_buffers_.assign(static_cast<std::size_t>(threads), ThreadBuffers(*problem_));
+  for (FunctionWorkspace& w : workspaces_) {
     for (const LoweredFunction* f :
-         {&problem_->structure, &problem_->chart, &problem_->running, &problem_->running_linear,
-          &problem_->terminal, &problem_->terminal_linear, &problem_->link, &problem_->link_linear})
+         {&problem_->structure, &problem_->chart, &problem_->link, &problem_->link_linear})
       f->prepare(w);
+    for (const auto* functions : {&problem_->knot_values, &problem_->knot_derivatives})
+      for (const LaneFunction& f : *functions) f.prepare(w);
+  }
   if (exact_ != nullptr) {
     exact_buffers_.assign(knots, ExactBuffers(*problem_, *exact_));
     for (FunctionWorkspace& w : workspaces_)
@@ -165,7 +153,7 @@ void Transcription::set_measured(VectorView measured) {
 void Transcription::embed(RowMatrix& trajectory, int knot) {
   const std::vector<KnotShape::Entries>& charted = shape(knot).charted;
   if (charted.empty()) return;
-  DerivativeBuffers& out = derivatives_.front();
+  ThreadBuffers& out = thread_buffers_.front();
   double* z = trajectory.row(knot).data();
   FunctionWorkspace& w = workspaces_.front();
   w.arguments[0] = z;

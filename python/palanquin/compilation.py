@@ -12,7 +12,6 @@ import contextlib
 import hashlib
 import logging
 import os
-import re
 import shutil
 import subprocess
 import tempfile
@@ -26,6 +25,7 @@ import filelock
 import platformdirs
 
 from palanquin.errors import LoweringError
+from palanquin.lowering.source_code import source_code
 
 logger = logging.getLogger("palanquin.lowering")
 
@@ -204,10 +204,7 @@ def _compile(
 ) -> None:
     with tempfile.TemporaryDirectory(dir=folder, prefix=_BUILD_PREFIX) as work:
         source = Path(work) / "lowered.c"
-        generator = ca.CodeGenerator("lowered.c", {"with_header": False})
-        for function in functions:
-            generator.add(function)
-        source.write_text(_without_null_checks(generator.dump()) + _manifest_code(manifest))
+        source.write_text(source_code(functions, manifest))
         library = Path(work) / "lowered.so"
         answer = subprocess.run(
             [*command, *flags, str(source), "-o", str(library), "-lm"],
@@ -223,18 +220,3 @@ def _compile(
         os.replace(source, target.with_suffix(".c"))
         os.replace(library, target)
         os.replace(stamp, target.with_suffix(".size"))
-
-
-def _without_null_checks(code: str) -> str:
-    """CasADi asks before every access whether the argument or result is there. The engine always
-    passes all of them, and without the questions a quarter of the machine code goes.
-    """
-    code = re.sub(r"if \(res\[\d+\]!=0\) ", "", code)
-    return re.sub(r"arg\[\d+\]\? (arg\[\d+\]\[\d+\]) : 0", r"\1", code)
-
-
-def _manifest_code(manifest: str) -> str:
-    lines = "\n".join(f'  "{line}\\n"' for line in manifest.splitlines())
-    return (
-        f"\nCASADI_SYMBOL_EXPORT const char* palanquin_manifest(void) {{\n  return\n{lines};\n}}\n"
-    )

@@ -19,7 +19,7 @@ from palanquin.problem import Parameter, Problem, checked_horizon
 logger = logging.getLogger("palanquin.lowering")
 
 # Palanquin's own part of the content that keys the cache.
-_SOURCES = (*sorted(Path(lowering.__path__[0]).glob("*.py")), Path(compilation.__file__ or ""))
+_SOURCES = (*sorted(Path(lowering.__path__[0]).glob("*.[ph]*")), Path(compilation.__file__ or ""))
 _VERSION_PARTS = [source.read_bytes() for source in _SOURCES]
 
 

@@ -1,7 +1,8 @@
 """From a `Problem` to CasADi functions: values and derivatives of one knot, in the tangent space.
 
 Every function takes whole knot vectors z (all blocks, ambient) and the parameter vector p. Sparsity
-is fixed; which columns and rows count at a knot is decided at run time by roles and flags.
+is fixed; which columns and rows count at a knot is decided at run time by roles and flags. Those of
+running knots are compiled over SIMD lanes, see `lanes`.
 
 | function | arguments | results |
 |---|---|---|

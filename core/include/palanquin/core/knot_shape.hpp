@@ -40,28 +40,19 @@ struct GatherEntry {
 };
 
 /// How the values of a reduced matrix follow from those of a lowered result and the chart's slopes.
-/// Roles drop whole columns and flags whole groups of rows, so most values are copied, in long
-/// runs.
+/// Roles drop columns and flags rows, so most values are copied.
 struct Gather {
-  /// Neighbouring values that are one source value each and nothing else.
-  struct Run {
-    int destination;
-    int source;  ///< negative: zeros, to which `entries` are added
-    int size;
-  };
-  std::vector<Run> runs;  ///< every destination is in one of them
+  std::vector<int> sources;  ///< per destination: the value to copy, or 0 where none is
+  std::vector<int> cleared;  ///< those destinations: zero plus what `entries` add
   std::vector<GatherEntry> entries;
 
-  /// Moves what can be copied from `entries` to `runs`; call once when the recipe for `size` values
-  /// is complete.
-  void find_runs(int size);
-  /// Writes every value of `destination`.
+  /// Moves what can be copied from `entries` to `sources`; call once when the recipe for `size`
+  /// values is complete. Neighbouring source values will be `stride` apart.
+  void separate_copies(int size, int stride = 1);
+  /// Writes every value of `destination`. `source` has at least one value.
   void write(const double* source, const double* slopes, double* destination) const;
-  /// Adds to `destination` instead.
+  /// Adds `entries` alone to `destination`.
   void add(const double* source, const double* slopes, double* destination) const;
-
- private:
-  void add_entries(const double* source, const double* slopes, double* destination) const;
 };
 
 /// The reduced variables of one knot: dz = T(slopes) w, T stored by columns of dz.

@@ -22,6 +22,8 @@ class LoweredLibrary {
   explicit LoweredLibrary(const std::string& path);
   /// Address of `symbol`; throws std::runtime_error when the library lacks it.
   void* symbol(const std::string& symbol) const;
+  /// Address of `symbol`, null when the library lacks it.
+  void* find_symbol(const std::string& symbol) const;
   const std::string& path() const { return path_; }
 
  private:
@@ -35,6 +37,7 @@ struct FunctionWorkspace {
   std::vector<double*> results;
   std::vector<long long> integers;
   std::vector<double> reals;
+  std::vector<double> values;  ///< results of a LaneFunction without lanes
 };
 
 /// One function of a lowered library, in CasADi's C calling convention.
@@ -45,6 +48,7 @@ class LoweredFunction {
 
   const std::string& name() const { return name_; }
   int argument_count() const { return argument_count_; }
+  int result_count() const { return static_cast<int>(results_.size()); }
   /// Pattern of result `i`.
   const Sparsity& result(int i) const { return results_[static_cast<std::size_t>(i)]; }
 
@@ -62,6 +66,39 @@ class LoweredFunction {
   int argument_count_ = 0;
   std::vector<Sparsity> results_;
   std::size_t size_arguments_ = 0, size_results_ = 0, size_integers_ = 0, size_reals_ = 0;
+};
+
+/// A lowered function at several knots at once, one in each lane of a SIMD register, whose results
+/// are handed over while they are in the cache. Where the library has no code over lanes, a single
+/// lane: the function itself.
+class LaneFunction {
+ public:
+  LaneFunction() = default;
+  LaneFunction(const LoweredLibrary& library, const std::string& name);
+
+  int lanes() const { return lanes_; }
+  /// Makes `workspace` large enough for this function.
+  void prepare(FunctionWorkspace& workspace) const;
+  /// Evaluates argument i of the knot in `lane` from workspace.arguments[i * lanes() + lane], none
+  /// of them null, and calls take(int result, const double* values) for every result in turn, with
+  /// values[entry * lanes() + lane]. A knot's results do not depend on its lane or on the other
+  /// knots. Does not allocate.
+  template <typename Take>
+  void operator()(FunctionWorkspace& workspace, Take take) const {
+    auto call = [](void* context, int result, const double* values) {
+      (*static_cast<Take*>(context))(result, values);
+    };
+    evaluate(workspace, call, &take);
+  }
+
+ private:
+  using TakeResult = void (*)(void* context, int result, const double* values);
+  using Code = void (*)(const double* const*, TakeResult, void* context);
+  void evaluate(FunctionWorkspace& workspace, TakeResult take, void* context) const;
+
+  LoweredFunction function_;
+  Code code_ = nullptr;
+  int lanes_ = 1;
 };
 
 }  // namespace palanquin

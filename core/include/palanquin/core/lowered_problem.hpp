@@ -92,6 +92,8 @@ class LoweredProblem {
   // Functions; arguments and results as listed in palanquin/lowering/__init__.py.
   LoweredFunction structure, chart;
   LoweredFunction running, running_linear, terminal, terminal_linear, link, link_linear;
+  /// running and terminal, and the two with derivatives, for the knots of a horizon: by StageKind.
+  std::array<LaneFunction, 2> knot_values, knot_derivatives;
 
  private:
   void parse_manifest(const std::string& text);

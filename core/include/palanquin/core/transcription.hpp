@@ -119,7 +119,8 @@ class Transcription {
 
  private:
   struct KnotBuffers;  // results of the lowered functions at one knot
-  struct DerivativeBuffers;
+  struct ThreadBuffers;
+  enum class KnotResult : int;
   struct ExactBuffers;
   class FlagTable;
   using Flags = std::vector<double>;  // results of the lowered function `structure`
@@ -131,8 +132,14 @@ class Transcription {
   void resolve_shapes();
   void update_stages();
   void take_on(QpStage& stage, const KnotShape& shape);
-  void evaluate_knot(int thread, int knot, const RowMatrix& trajectory, bool linear);
-  void fill_stage(int thread, int knot, const RowMatrix& trajectory);
+  void evaluate_knots(const RowMatrix& trajectory, bool linear);
+  void evaluate_group(int thread, int first, int last, const RowMatrix& trajectory,
+                      const LaneFunction& function);
+  static KnotResult terminal_result(int result);
+  void take(int knot, KnotResult result, const double* values, int stride);
+  void evaluate_chart(int thread, int knot, const RowMatrix& trajectory);
+  void evaluate_link(int thread, int knot, const RowMatrix& trajectory, bool linear);
+  void fill_values(int knot, const RowMatrix& trajectory);
   void refuse_locals_in_dynamics() const;
   void set_multipliers(int knot, const StageQpSolution& multipliers);
   void evaluate_exact_hessian(int thread, int knot, const RowMatrix& trajectory);
@@ -166,7 +173,7 @@ class Transcription {
   ThreadPool pool_;
   std::vector<FunctionWorkspace> workspaces_;
   std::vector<KnotBuffers> buffers_;
-  std::vector<DerivativeBuffers> derivatives_;  // [threads]
+  std::vector<ThreadBuffers> thread_buffers_;  // [threads]
   std::vector<ExactBuffers> exact_buffers_;
   std::unique_ptr<FlagTable> flag_table_;
   std::vector<double> step_buffer_;
