@@ -113,8 +113,9 @@ class WarmStart:
         guess = self._lowered.shift(last.plan.trajectory, self._spacing, elapsed)
         forces = guess.values[:, self._columns.forces]
         idle = contacts & (np.abs(forces).max(axis=-1) < _NO_FORCE)
-        shares = carrying_forces(self._team, contacts)
-        guess.values[:, self._columns.forces] = np.where(idle[..., None], shares, forces)
+        if idle.any():
+            shares = carrying_forces(self._team, contacts)
+            guess.values[:, self._columns.forces] = np.where(idle[..., None], shares, forces)
         return guess
 
     def _from_references(self, now: Instant) -> NamedArray:
@@ -135,6 +136,8 @@ class WarmStart:
         times_with_feet = times[:-1]
         before = np.searchsorted(times_with_feet, elapsed + times + late, side="right") - 1
         lifted = last.contacts[before] & ~now.contacts
+        if not lifted.any():
+            return
         feet = guess.values[:, self._columns.feet]
         wanted = now.references.feet()
         guess.values[:, self._columns.feet] = np.where(lifted[..., None], wanted, feet)

@@ -43,12 +43,22 @@ class NamedArray:
         columns: dict[str, tuple[slice, tuple[int, ...]]],
     ) -> None:
         self._what = what
-        self.values = values
+        self._values = values
         self._columns = columns
+        self._views: dict[str, NDArray[np.float64]] = {}
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The whole array."""
+        return self._values
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        columns, shape = self._find(name)
-        return self.values[..., columns].reshape(*self.values.shape[:-1], *shape)
+        view = self._views.get(name)
+        if view is None:
+            columns, shape = self._find(name)
+            view = self._values[..., columns].reshape(*self._values.shape[:-1], *shape)
+            self._views[name] = view
+        return view
 
     def __setitem__(self, name: str, value: ArrayLike) -> None:
         target = self[name]
@@ -68,6 +78,10 @@ class NamedArray:
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._columns)
+
+    def __reduce__(self) -> tuple[type[NamedArray], tuple[object, ...]]:
+        """Pickled and deep copies make views of their own."""
+        return NamedArray, (self._what, self._values, self._columns)
 
     def copy(self) -> NamedArray:
         """An independent copy."""

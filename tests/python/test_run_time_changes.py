@@ -1,5 +1,8 @@
 """What may change between two solves of one solver, and plans as warm starts."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 from support.kkt import WholeHorizon
@@ -164,3 +167,16 @@ def test_shift_by_no_time_at_all(lowered, elapsed):
     body = lowered("RigidBody")
     with pytest.raises(ValueError, match="elapsed is"):
         body.shift(body.trajectory(), body.parameters(), elapsed)
+
+
+@pytest.mark.parametrize(
+    "duplicate", [lambda a: a.copy(), copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
+def test_names_of_a_copy_are_views_of_the_copy(hopper, duplicate):
+    original = hopper.parameters()
+    original["goal"][:] = 1.0  # so that there is a view to copy
+    other = duplicate(original)
+    other["goal"] = 2.0
+    columns = original.values != other.values
+    assert columns.sum() == other["goal"].size
+    np.testing.assert_array_equal(original["goal"], 1.0)
