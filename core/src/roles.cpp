@@ -154,13 +154,9 @@ void Transcription::take_on(QpStage& stage, const KnotShape& shape) {
     stage = std::move(idle.back());
     idle.pop_back();
   }
-  const StageKind kind = shape.signature.stage;
-  const auto& groups = problem_->rows(kind, RowKind::Inequality);
-  std::size_t g = 0;
-  for (std::size_t row = 0; row < shape.penalty_rows.size(); ++row) {
-    while (shape.penalty_rows[row] >= groups[g].offset + groups[g].size) ++g;
-    stage.penalty_policy[row] = policies_[static_cast<int>(kind)][g];
-  }
+  const std::vector<Policy>& policies = policies_[static_cast<int>(shape.signature.stage)];
+  for (std::size_t i = 0; i < shape.penalty_rows.size(); ++i)
+    stage.penalty_policy[i] = policies[size_of(shape.penalty_rows[i])];
 }
 
 }  // namespace palanquin

@@ -42,11 +42,11 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
     throw std::invalid_argument("horizon is " + std::to_string(horizon) + "; at least 1 is needed");
   const auto knots = static_cast<std::size_t>(horizon + 1);
   for (StageKind stage : {StageKind::Running, StageKind::Terminal}) {
-    const std::size_t groups = problem_->rows(stage, RowKind::Inequality).size();
-    policies_[static_cast<int>(stage)].resize(groups);
-    is_hard_[static_cast<int>(stage)].assign(groups, 0);
-    vanishes_until_[static_cast<int>(stage)].assign(
-        size_of(problem_->row_count(stage, RowKind::Inequality)), vanishes_until(Policy{}));
+    const int s = static_cast<int>(stage);
+    const std::size_t rows = size_of(problem_->row_count(stage, RowKind::Inequality));
+    policies_[s].resize(rows);
+    vanishes_until_[s].assign(rows, vanishes_until(Policy{}));
+    is_hard_[s].assign(problem_->rows(stage, RowKind::Inequality).size(), 0);
   }
   parameters_ = RowMatrix::Zero(horizon + 1, problem_->np());
   measured_ = neutral_trajectory(*problem_, 0).row(0);
@@ -89,10 +89,10 @@ void Transcription::set_policy(const std::string& family, const Policy& policy) 
         known += (known.empty() ? "" : ", ") + groups[g].family;
       if (groups[g].family != family) continue;
       found = true;
-      policies_[s][g] = policy;
+      const int row = groups[g].offset;
+      std::fill_n(policies_[s].begin() + row, groups[g].size, policy);
+      std::fill_n(vanishes_until_[s].begin() + row, groups[g].size, vanishes_until(policy));
       is_hard_[s][g] = policy.kind == PolicyKind::Hard;
-      std::fill_n(vanishes_until_[s].begin() + groups[g].offset, groups[g].size,
-                  vanishes_until(policy));
     }
   }
   if (!found)
@@ -106,9 +106,8 @@ void Transcription::set_policy(const std::string& family, const Policy& policy) 
 
 Policy Transcription::policy(const std::string& family) const {
   for (StageKind stage : {StageKind::Running, StageKind::Terminal}) {
-    const auto& groups = problem_->rows(stage, RowKind::Inequality);
-    for (std::size_t g = 0; g < groups.size(); ++g)
-      if (groups[g].family == family) return policies_[static_cast<int>(stage)][g];
+    for (const RowGroup& group : problem_->rows(stage, RowKind::Inequality))
+      if (group.family == family) return policies_[static_cast<int>(stage)][size_of(group.offset)];
   }
   throw std::invalid_argument("problem '" + problem_->name() + "' has no inequality family '" +
                               family + "'");

@@ -153,9 +153,11 @@ class Transcription {
   std::shared_ptr<const ExactHessian> exact_;
   int horizon_;
   Form form_;
-  std::vector<Policy> policies_[2];  // per inequality group of running and terminal stages
+  // Of running and terminal stages: per inequality row its policy and what follows from that, per
+  // group whether it is hard.
+  std::vector<Policy> policies_[2];
+  std::vector<double> vanishes_until_[2];
   std::vector<char> is_hard_[2];
-  std::vector<double> vanishes_until_[2];  // per inequality row, of its policy
   bool shapes_stale_ = true;
 
   RowMatrix parameters_;
