@@ -57,28 +57,41 @@ PALANQUIN_INLINE bool factorize_column(const LocalGroup& group, int c, double to
   return pivot > threshold;
 }
 
-/// target -= sum_c factor_c(row) factor_c(run)
-PALANQUIN_INLINE void subtract_run(const LocalGroup& group, const double* factor, int row, int run,
-                                   double* target) {
-  const int ld = group_rows(group);
+/// target -= sum_c factor_c(row) factor_c(run), where `run` points to the first column's.
+template <int Locals>
+PALANQUIN_INLINE void subtract_run(const double* row, const double* run, int ld, double* target) {
 #pragma GCC unroll 4
   for (int v = 0; v < kPad; v += kWidth) {
-    Vector sum = {};
-    for (int c = 0; c < group.locals; ++c)
-      sum -= broadcast(factor[c * ld + row]) * load(factor + c * ld + run * kPad + v);
-    add_unaligned(target + v, sum);
+    Vector sum = load_unaligned(target + v);
+#pragma GCC unroll 8
+    for (int c = 0; c < Locals; ++c) sum -= broadcast(row[c * ld]) * load(run + c * ld + v);
+    store_unaligned(target + v, sum);
   }
 }
 
-PALANQUIN_INLINE void subtract_complement(const LocalGroup& group, double* const* column,
-                                          double* gradient, const double* factor) {
+/// The complement of `Locals` columns of the factor.
+template <int Locals>
+PALANQUIN_INLINE void subtract_columns(const LocalGroup& group, double* const* column,
+                                       double* gradient, const double* factor) {
+  const int ld = group_rows(group);
   for (int a = group.local_runs; a < group.runs; ++a) {
     const int slot = group.run_slot[a];
-    for (int e = 0; e < group.run_size[a]; ++e)
-      for (int b = a; b < group.runs; ++b)
-        subtract_run(group, factor, a * kPad + e, b, column[slot + e] + group.run_slot[b]);
-    subtract_run(group, factor, group.runs * kPad + kGradientLane, a, gradient + slot);
+    const double* run = factor + a * kPad;
+    for (int b = a; b < group.runs; ++b)
+      for (int e = 0; e < group.run_size[a]; ++e)
+        subtract_run<Locals>(run + e, factor + b * kPad, ld, column[slot + e] + group.run_slot[b]);
+    subtract_run<Locals>(factor + group.runs * kPad + kGradientLane, run, ld, gradient + slot);
   }
+}
+
+/// By three columns as long as there are so many: most groups are the coordinates of a point.
+PALANQUIN_INLINE void subtract_complement(const LocalGroup& group, double* const* column,
+                                          double* gradient, const double* factor) {
+  int c = 0;
+  for (; c + 3 <= group.locals; c += 3)
+    subtract_columns<3>(group, column, gradient, factor + c * group_rows(group));
+  for (; c < group.locals; ++c)
+    subtract_columns<1>(group, column, gradient, factor + c * group_rows(group));
 }
 
 static bool eliminate_groups(const LocalGroup* groups, int count, double tolerance,
