@@ -19,8 +19,9 @@ Vector4 quaternion_exp(const Vector3& v) {
   const double t2 = 0.25 * v.squaredNorm();
   if (t2 < 0.01) {
     const double cosine =
-        1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
-    const double sinc = 1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0 * (1.0 - t2 / 72.0)));
+        1.0 - t2 * (1.0 / 2 - t2 * (1.0 / 24 - t2 * (1.0 / 720 - t2 * (1.0 / 40320))));
+    const double sinc =
+        1.0 - t2 * (1.0 / 6 - t2 * (1.0 / 120 - t2 * (1.0 / 5040 - t2 * (1.0 / 362880))));
     return {cosine, 0.5 * sinc * v[0], 0.5 * sinc * v[1], 0.5 * sinc * v[2]};
   }
   const double angle = 2.0 * std::sqrt(t2);
@@ -30,13 +31,12 @@ Vector4 quaternion_exp(const Vector3& v) {
 
 Vector3 quaternion_log(const Vector4& q) {
   const double sign = q[0] < 0.0 ? -1.0 : 1.0;
-  const Vector3 vec = sign * q.tail<3>();
+  const Vector3 vec(sign * q[1], sign * q[2], sign * q[3]);
   // 2 asin(s)/s by its series where the quotient loses digits; its error is below 1e-16 there. Most
   // residuals of a solved problem are that small, and the series is several times faster.
   const double s2 = vec.squaredNorm();
   if (s2 < 1e-4)
-    return (2.0 + s2 * (1.0 / 3.0 + s2 * (3.0 / 20.0 + s2 * (5.0 / 56.0 + s2 * 35.0 / 576.0)))) *
-           vec;
+    return (2.0 + s2 * (1.0 / 3 + s2 * (3.0 / 20 + s2 * (5.0 / 56 + s2 * (35.0 / 576))))) * vec;
   const double sine = std::sqrt(s2);
   return 2.0 * std::atan2(sine, sign * q[0]) / sine * vec;
 }
