@@ -66,7 +66,8 @@ void Transcription::take(int knot, KnotResult result, const double* values, int 
   KnotBuffers& out = buffers_[static_cast<std::size_t>(knot)];
   QpStage& stage = qp_.stages[static_cast<std::size_t>(knot)];
   const auto copy = [&](std::vector<double>& target, int count) {
-    for (int i = 0; i < count; ++i) target[static_cast<std::size_t>(i)] = values[i * stride];
+    const double* value = values;
+    for (int i = 0; i < count; ++i, value += stride) target[size_of(i)] = *value;
   };
   const auto rows = [&](RowKind kind) { return problem_->row_count(shape.signature.stage, kind); };
   const auto write = [&](const Gather& recipe, double* target) {

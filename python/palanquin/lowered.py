@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palanquin import _core, compilation, lowering
+from palanquin import _core, compilation, lowering, quaternion
 from palanquin.errors import LoweringError, ProblemError
 from palanquin.policies import Policy
 from palanquin.problem import Parameter, Problem, checked_horizon
@@ -19,7 +19,10 @@ from palanquin.problem import Parameter, Problem, checked_horizon
 logger = logging.getLogger("palanquin.lowering")
 
 # Palanquin's own part of the content that keys the cache.
-_SOURCES = (*sorted(Path(lowering.__path__[0]).glob("*.[ph]*")), Path(compilation.__file__ or ""))
+_SOURCES = (
+    *sorted(Path(lowering.__path__[0]).glob("*.[ph]*")),
+    *(Path(module.__file__ or "") for module in (compilation, quaternion)),
+)
 _VERSION_PARTS = [source.read_bytes() for source in _SOURCES]
 
 

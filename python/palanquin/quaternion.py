@@ -51,12 +51,11 @@ def _sinc_family(v: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     small = t2 < _SMALL_ANGLE_SQUARED
     safe2 = ca.if_else(small, 1.0, t2)
     t = ca.sqrt(safe2)
-    return (
-        ca.if_else(small, 1 - t2 / 8, ca.cos(t / 2)),
-        ca.if_else(small, 0.5 - t2 / 48, ca.sin(t / 2) / t),
-        ca.if_else(small, 0.5 - t2 / 24, (1 - ca.cos(t)) / safe2),
-        ca.if_else(small, 1 / 6 - t2 / 120, (t - ca.sin(t)) / (t * safe2)),
-    )
+    cos_half = ca.if_else(small, 1 - t2 / 8, ca.cos(t / 2))
+    sinc_half = ca.if_else(small, 0.5 - t2 / 48, ca.sin(t / 2) / t)
+    # The other two by double angles: sines and cosines are the dearest operations there are.
+    cubic = ca.if_else(small, 1 / 6 - t2 / 120, (1 - 2 * sinc_half * cos_half) / safe2)
+    return cos_half, sinc_half, 2 * sinc_half**2, cubic
 
 
 def exp(v: ca.SX) -> ca.SX:
