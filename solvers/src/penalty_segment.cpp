@@ -12,8 +12,7 @@ namespace {
 constexpr int kMaxSearchSteps = 50;
 /// The search ends at a slope this small relative to the one at the start.
 constexpr double kSlopeTolerance = 1e-9;
-/// No row is below this.
-constexpr double kNever = -std::numeric_limits<double>::infinity();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Calls visit(stage, k, first penalised row) for every knot.
 template <typename Visit>
@@ -29,18 +28,11 @@ bool is_zero(const std::vector<Eigen::VectorXd>& w) {
   return std::all_of(w.begin(), w.end(), [](const auto& part) { return part.isZero(0.0); });
 }
 
-/// Below this a penalty is zero, for good.
-double activation(const Policy& policy) {
-  switch (policy.kind) {
-    case PolicyKind::C2Penalty:
-      return -policy.smoothing;
-    case PolicyKind::SquaredHinge:
-      return 0.0;
-    case PolicyKind::Hard:
-    case PolicyKind::RelaxedBarrier:
-      break;
-  }
-  return kNever;
+/// The h at which a C2 penalty has the slope `force` > 0.
+double find_row(const Policy& policy, double force) {
+  const double k = policy.stiffness, eps = policy.smoothing;
+  if (force >= 2.0 * k * eps) return force / (2.0 * k);
+  return eps * (std::sqrt(2.0 * force / (k * eps)) - 1.0);
 }
 
 }  // namespace
@@ -63,15 +55,15 @@ void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>
     widest = std::max<Eigen::Index>(widest, stage.nw());
   }
   if (direction_.size() < widest) direction_.resize(widest);
-  for (Eigen::VectorXd* v : {&row_, &row_change_, &activation_}) v->resize(rows + kernels::kPad);
+  for (Eigen::VectorXd* v : {&row_, &row_change_, &limit_}) v->resize(rows + kernels::kPad);
   row_change_.setZero();
-  activation_.tail<kernels::kPad>().setConstant(std::numeric_limits<double>::infinity());
+  limit_.tail<kernels::kPad>().setConstant(kInfinity);
   row_.tail<kernels::kPad>().setZero();
-  listed_.resize(activation_.size());
+  listed_.resize(limit_.size());
   for_each_knot(qp, [&](const QpStage& stage, std::size_t, Eigen::Index first) {
     row_.segment(first, stage.penalty_value.size()) = stage.penalty_value;
     for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j)
-      activation_[first + j] = activation(stage.penalty_policy[j]);
+      limit_[first + j] = vanishes_until(stage.penalty_policy[j]);
   });
   if (!is_at_origin_)
     for_each_knot(qp, [&](const QpStage&, std::size_t k, Eigen::Index first) {
@@ -83,7 +75,7 @@ void PenaltySegment::start(const StageQp& qp, const std::vector<Eigen::VectorXd>
 void PenaltySegment::list_active_rows() {
   active_.clear();
   const int count =
-      kernels_.list_rows_above(static_cast<int>(row_.size()) - kernels::kPad, activation_.data(),
+      kernels_.list_rows_above(static_cast<int>(row_.size()) - kernels::kPad, limit_.data(),
                                row_.data(), row_change_.data(), listed_.data());
   const int* listed = listed_.data();
   const int* const end = listed + count;
@@ -98,7 +90,7 @@ void PenaltySegment::list_active_rows() {
 void PenaltySegment::watch(const PenaltyModel& model) {
   for_each_knot(*qp_, [&](const QpStage& stage, std::size_t k, Eigen::Index first) {
     for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j)
-      if (model.slope[k][j] != 0.0 || model.curvature[k][j] != 0.0) activation_[first + j] = kNever;
+      if (model.slope[k][j] != 0.0 || model.curvature[k][j] != 0.0) limit_[first + j] = -kInfinity;
   });
 }
 
@@ -184,11 +176,27 @@ void PenaltySegment::expand(PenaltyModel& model) const {
     model.slope[k].setZero();
     model.curvature[k].setZero();
   }
+  for (const auto& [row, k, j, policy] : active_)
+    expand_row(k, j, row_[row], evaluate_penalty(*policy, row_[row]), model);
+}
+
+void PenaltySegment::update(PenaltyModel& model) {
   for (const auto& [row, k, j, policy] : active_) {
-    const PenaltyValue s = evaluate_penalty(*policy, row_[row]);
-    model.curvature[k][j] = s.curvature;
-    model.slope[k][j] = s.slope - s.curvature * (row_[row] - qp_->stages[k].penalty_value[j]);
+    double h = row_[row];
+    const double curvature = model.curvature[k][j];
+    const double force = model.slope[k][j] + curvature * (h - qp_->stages[k].penalty_value[j]);
+    if (policy->kind == PolicyKind::C2Penalty && curvature > 0.0 && force > 0.0) {
+      h = find_row(*policy, force);
+      limit_[row] = -kInfinity;
+    }
+    expand_row(k, j, h, evaluate_penalty(*policy, h), model);
   }
+}
+
+void PenaltySegment::expand_row(std::size_t k, Eigen::Index j, double h, const PenaltyValue& s,
+                                PenaltyModel& model) const {
+  model.curvature[k][j] = s.curvature;
+  model.slope[k][j] = s.slope - s.curvature * (h - qp_->stages[k].penalty_value[j]);
 }
 
 }  // namespace palanquin

@@ -52,6 +52,13 @@ class PenaltySegment {
   ModelError model_error(const PenaltyModel& model) const;
   /// The second-order expansion of every penalty about the point.
   void expand(PenaltyModel& model) const;
+  /// Takes `model`, of which w + d was the minimiser, on to the point where `advance` ended. There
+  /// a C2 penalty's force is expanded about the h that has it, S'(h) = force, and every other row
+  /// about the point. A stiff row's force is what the rest of the QP pulls with, whatever its h;
+  /// but its S' starts like a parabola, and Newton's method about the point halves the distance to
+  /// the root of one in every iteration. (A squared hinge has the same expansion about both; a
+  /// relaxed barrier, soft far from its limit, fares better about the point.)
+  void update(PenaltyModel& model);
 
  private:
   struct ActiveRow {
@@ -61,6 +68,9 @@ class PenaltySegment {
     const Policy* policy = nullptr;
   };
 
+  /// Puts the expansion `s` about `h` into the model of a row.
+  void expand_row(std::size_t k, Eigen::Index index, double h, const PenaltyValue& s,
+                  PenaltyModel& model) const;
   /// Lists the rows that are not zero along the whole segment.
   void list_active_rows();
   /// rows += penalty_jacobian v at knot `k`, `rows` being that knot's part of row_ or row_change_.
@@ -76,7 +86,7 @@ class PenaltySegment {
   // Over the penalised rows of all knots, one after the other, padded.
   Eigen::VectorXd row_;                   ///< h at the point
   Eigen::VectorXd row_change_;            ///< s
-  Eigen::VectorXd activation_;            ///< below this h the penalty is zero, for good
+  Eigen::VectorXd limit_;                 ///< up to this h the penalty vanishes and no model looks
   double slope_ = 0.0, curvature_ = 0.0;  ///< of the quadratic cost along d
 };
 

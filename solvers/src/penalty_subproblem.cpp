@@ -126,8 +126,11 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     result.predicted_change += segment_->change(alpha);
     if (result.converged) break;
     segment_->advance(alpha);
-    segment_->expand(model_);
-    is_model_local = true;
+    if (alpha > 0.0)
+      segment_->update(model_);
+    else
+      segment_->expand(model_);  // the model misled: its forces are no good
+    is_model_local = alpha == 0.0;
   }
   return result;
 }

@@ -154,6 +154,28 @@ TEST(PenaltySubproblem, DoesNotCycleBetweenTwoActiveSets) {
   EXPECT_NEAR(solution.w[0][0], 85.0 / 841.0, 1e-9);
 }
 
+TEST(PenaltySubproblem, StiffPenaltiesTakeAFewQps) {
+  // Two rows that start idle, the second with a force a hundred times the first one's. About the
+  // points alone each would come closer by half its distance in every QP.
+  const Policy stiff{PolicyKind::C2Penalty, 42000.0, 1e-3};
+  StageQp qp = scalar_qp(1.0, -2.0, -1.0, stiff);
+  QpStage& stage = qp.stages[0];
+  stage.nu = 2;
+  stage.hessian = SparseBlock::from_dense(Eigen::Matrix2d::Identity());
+  stage.gradient = Eigen::Vector2d(-1.1, -11.0);
+  stage.penalty_jacobian = SparseBlock::from_dense(Eigen::Matrix2d::Identity());
+  stage.penalty_value = Eigen::Vector2d(-1.0, -1.0);
+  stage.penalty_policy = {stiff, stiff};
+  StageQpSolution solution = zero(qp);
+  const auto result = PenaltySubproblem(kExact).solve(qp, *make_qp_solver("ldl"), solution);
+  EXPECT_TRUE(result.converged);
+  EXPECT_LE(result.iterations, 4);
+  for (int i = 0; i < 2; ++i) {
+    const double u = solution.w[0][i];
+    EXPECT_NEAR(u + stage.gradient[i] + evaluate_penalty(stiff, u - 1.0).slope, 0.0, 1e-7);
+  }
+}
+
 TEST(PenaltySubproblem, OneIterationSufficesWhenNoPenaltyChanges) {
   const StageQp qp = scalar_qp(1.0, -1.0, -5.0, {PolicyKind::C2Penalty, 420.0, 1e-3});
   StageQpSolution solution = zero(qp);
