@@ -3,9 +3,13 @@
 #include <math.h>
 
 #if defined(__AVX512F__)
+#include <immintrin.h>
 #define LANES 8
+#define SQUARE_ROOTS _mm512_sqrt_pd
 #elif defined(__AVX2__)
+#include <immintrin.h>
 #define LANES 4
+#define SQUARE_ROOTS _mm256_sqrt_pd
 #else
 #define LANES 2
 #endif
@@ -61,13 +65,11 @@ LANE_BY_LANE_OF_TWO(pow) LANE_BY_LANE_OF_TWO(fmod) LANE_BY_LANE_OF_TWO(remainder
 LANE_BY_LANE_OF_TWO(atan2) LANE_BY_LANE_OF_TWO(hypot)
 /* clang-format on */
 
-static inline lanes lane_sqrt(lanes x) {
-  double values[LANES];
-  __builtin_memcpy(values, &x, sizeof x);
-  for (int i = 0; i < LANES; ++i) values[i] = sqrt(values[i]); /* becomes one instruction */
-  __builtin_memcpy(&x, values, sizeof x);
-  return x;
-}
+#if defined(SQUARE_ROOTS)
+static inline lanes lane_sqrt(lanes x) { return (lanes)SQUARE_ROOTS(x); }
+#else
+LANE_BY_LANE(sqrt)
+#endif
 
 /* ---- knots to lanes --------------------------------------------------------------------------- */
 
