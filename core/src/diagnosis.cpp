@@ -143,8 +143,7 @@ std::vector<RowViolation> Transcription::worst_rows(const RowMatrix& trajectory,
     add(shape.initial_links, out.link, RowKind::Link, false);
     if (k == horizon_) continue;
     std::size_t row = 0;
-    for (const BlockInfo& b : problem_->blocks()) {
-      if (!b.is_state) continue;
+    for (const BlockInfo& b : problem_->states()) {
       for (int i = 0; i < b.tangent_size; ++i, ++row)
         if (out.defect[row] != 0.0)
           rows.push_back({"dynamics of " + b.name + "[" + std::to_string(i) + "] (knot " +

@@ -144,8 +144,7 @@ void Transcription::evaluate_defect(int knot, const RowMatrix& trajectory) {
   const double* next = trajectory.row(knot + 1).data();
   const double* d = out.next_state.data();
   double* rows = out.defect.data();
-  for (const BlockInfo& b : problem_->blocks()) {
-    if (!b.is_state) continue;
+  for (const BlockInfo& b : problem_->states()) {
     if (b.is_quaternion) {
       Eigen::Map<Vector3>{rows} = quaternion_minus(Eigen::Map<const Vector4>(d),
                                                    Eigen::Map<const Vector4>(next + b.offset));

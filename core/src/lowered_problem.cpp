@@ -89,6 +89,7 @@ void LoweredProblem::add_block(BlockInfo block) {
   if (block.is_state) {
     nx_ += block.size;
     ndx_ += block.tangent_size;
+    states_.push_back(block);
   }
   if (block.is_quaternion)
     quaternions_.push_back(block);
@@ -126,8 +127,7 @@ std::string LoweredProblem::row_name(StageKind stage, RowKind kind, int row, int
 }
 
 std::string LoweredProblem::dynamics_name(int row, int knot) const {
-  for (const BlockInfo& b : blocks_) {
-    if (!b.is_state) continue;
+  for (const BlockInfo& b : states_) {
     if (row < b.size)
       return "dynamics of " + b.name + "[" + std::to_string(row) + "] (knot " +
              std::to_string(knot) + ")";

@@ -29,8 +29,7 @@ Eigen::VectorXd step_dynamics(const LoweredProblem& problem, VectorView z, Vecto
     problem.running(w);
     bool changed = false;
     int row = 0;
-    for (const BlockInfo& b : problem.blocks()) {
-      if (!b.is_state) continue;
+    for (const BlockInfo& b : problem.states()) {
       if (next.segment(b.offset, b.size) != state.segment(row, b.size)) changed = true;
       next.segment(b.offset, b.size) = state.segment(row, b.size);
       row += b.size;

@@ -34,8 +34,7 @@ void retract(const LoweredProblem& problem, const double* z, const double* dz, d
 void state_difference(const LoweredProblem& problem, const double* a, const double* b,
                       double* difference) {
   int row = 0;
-  for (const BlockInfo& block : problem.blocks()) {
-    if (!block.is_state) continue;
+  for (const BlockInfo& block : problem.states()) {
     if (block.is_quaternion) {
       Eigen::Map<Vector3> result(difference + row);
       result = quaternion_minus(quaternion_at(a + block.offset), quaternion_at(b + block.offset));

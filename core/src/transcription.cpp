@@ -192,8 +192,7 @@ void Transcription::project(RowMatrix& trajectory) {
 }
 
 void Transcription::place_initial_state(RowMatrix& trajectory) const {
-  for (const BlockInfo& b : problem_->blocks()) {
-    if (!b.is_state) continue;
+  for (const BlockInfo& b : problem_->states()) {
     auto value = trajectory.row(0).segment(b.offset, b.size);
     const auto measured = measured_.segment(b.offset, b.size).transpose();
     // The sign rule of De Vincenti and Coros, section IV-A: stay on the warm start's side.

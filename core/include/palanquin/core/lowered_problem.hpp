@@ -66,6 +66,8 @@ class LoweredProblem {
   const std::string& name() const { return name_; }
   const std::string& path() const { return library_.path(); }
   const std::vector<BlockInfo>& blocks() const { return blocks_; }
+  /// Those blocks that are states.
+  const std::vector<BlockInfo>& states() const { return states_; }
   /// All blocks that are no quaternions, and those that are.
   const std::vector<VectorRun>& vector_runs() const { return vector_runs_; }
   const std::vector<BlockInfo>& quaternions() const { return quaternions_; }
@@ -101,7 +103,7 @@ class LoweredProblem {
 
   LoweredLibrary library_;
   std::string name_;
-  std::vector<BlockInfo> blocks_, quaternions_;
+  std::vector<BlockInfo> blocks_, states_, quaternions_;
   std::vector<VectorRun> vector_runs_;
   std::vector<ParameterInfo> parameters_;
   std::array<std::array<std::vector<RowGroup>, 3>, 2> rows_;
