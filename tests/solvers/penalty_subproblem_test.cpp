@@ -155,8 +155,8 @@ TEST(PenaltySubproblem, DoesNotCycleBetweenTwoActiveSets) {
 }
 
 TEST(PenaltySubproblem, StiffPenaltiesTakeAFewQps) {
-  // Two rows that start idle, the second with a force a hundred times the first one's. About the
-  // points alone each would come closer by half its distance in every QP.
+  // From deep inside both penalties, the second with a force a hundred times the first one's.
+  // About the points alone each would come closer by half its distance in every QP.
   const Policy stiff{PolicyKind::C2Penalty, 42000.0, 1e-3};
   StageQp qp = scalar_qp(1.0, -2.0, -1.0, stiff);
   QpStage& stage = qp.stages[0];
@@ -167,6 +167,7 @@ TEST(PenaltySubproblem, StiffPenaltiesTakeAFewQps) {
   stage.penalty_value = Eigen::Vector2d(-1.0, -1.0);
   stage.penalty_policy = {stiff, stiff};
   StageQpSolution solution = zero(qp);
+  solution.w[0].setConstant(2.0);
   const auto result = PenaltySubproblem(kExact).solve(qp, *make_qp_solver("ldl"), solution);
   EXPECT_TRUE(result.converged);
   EXPECT_LE(result.iterations, 4);
