@@ -6,10 +6,6 @@
 # linker keeps one copy of an inline function, and were that the AVX-512 one, a plain x86-64
 # processor would stop with an illegal instruction. tests/solvers checks the objects for this.
 # So they see the headers of their own folder's include/ and no library's.
-#
-# Kernels read neither errno nor the processor's exception flags; a square root that sets neither is
-# one instruction without a branch.
-set(PALANQUIN_KERNEL_FLAGS -fno-math-errno -fno-trapping-math)
 set(PALANQUIN_KERNEL_LEVELS x86_64 avx2 avx512)
 set(PALANQUIN_KERNEL_FLAGS_x86_64 "")
 set(PALANQUIN_KERNEL_FLAGS_avx2 -mavx2 -mfma)
@@ -22,8 +18,7 @@ function(palanquin_add_kernels target source)
     add_library(${objects} OBJECT ${source})
     target_include_directories(${objects} PRIVATE include)
     target_compile_definitions(${objects} PRIVATE PALANQUIN_KERNEL_NAMESPACE=${level})
-    target_compile_options(${objects} PRIVATE
-      ${PALANQUIN_KERNEL_FLAGS} ${PALANQUIN_KERNEL_FLAGS_${level}})
+    target_compile_options(${objects} PRIVATE ${PALANQUIN_KERNEL_FLAGS_${level}})
     palanquin_target(${objects})
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
   endforeach()
