@@ -82,7 +82,6 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
                                                StageQpSolution& solution, bool is_model_local,
                                                bool is_prepared) {
   PenaltySubproblemResult result;
-  double steepest = 0.0;  // |phi'| among the iterations so far
   while (!result.converged && result.iterations < settings_.max_inner_iterations) {
     // (1) The minimiser of the QP with the penalties' quadratics.
     if (solver.capabilities().starts_warm) candidate_ = solution;
@@ -118,19 +117,17 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
     if (may_shorten) {
       const PenaltySegment::Derivatives start = segment_->at(0.0);
       alpha = segment_->minimize(start);
-      steepest = std::max(steepest, std::abs(start.slope));
-      const bool is_flat = std::abs(start.slope) <= settings_.tolerance * steepest;
-      result.converged = is_model_local && (alpha == 0.0 || is_flat);
+      result.converged = is_model_local && alpha == 0.0;
     }
     blend(alpha, candidate_, solution);
     result.predicted_change += segment_->change(alpha);
     if (result.converged) break;
     segment_->advance(alpha);
-    if (alpha > 0.0)
-      segment_->update(model_);
-    else
+    is_model_local = alpha < 1.0;
+    if (is_model_local)
       segment_->expand(model_);  // the model misled: its forces are no good
-    is_model_local = alpha == 0.0;
+    else
+      segment_->update(model_);
   }
   return result;
 }

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from palanquin.errors import ProblemError
+from palanquin.plan import Status
 from palanquin.problems import clm, quaternions
 from palanquin.problems import modules as m
 from palanquin.problems.modules.wrench_cone import WrenchCone, cone_rows
@@ -49,9 +50,11 @@ def test_rows_turn_with_the_hand():
 
 def test_a_plan_keeps_to_the_cone(team_abreast):
     """Without limits the hands twist the payload far more than weak pads can."""
+    # The cone's rows contend with each other: 6 QPs a step leave the subproblem far from its end.
+    enough = {"max_inner_iterations": 20}
     free = clm.Planner(clm.build_clm(team_abreast))
     weak = WrenchCone(grip=200.0, friction=0.6, torsion=0.001, half_size=0.002)
-    held = clm.Planner(clm.build_clm(team_abreast, hand_cone=weak))
+    held = clm.Planner(clm.build_clm(team_abreast, hand_cone=weak), subproblem=enough)
 
     def twist(planner):
         state = planner.nominal_state()
@@ -59,8 +62,8 @@ def test_a_plan_keeps_to_the_cone(team_abreast):
         return planner.settle(0.0, state, clm.Velocity(0.3))
 
     plan = twist(held)
-    assert plan.plan.is_usable
-    assert plan.plan.violation["hand"] < 2.0  # N
+    assert plan.plan.status == Status.CONVERGED
+    assert plan.plan.violation["hand"] < 0.01  # N
     moments = [np.abs(p.hand_wrenches[..., 3:]).max() for p in (plan, twist(free))]
     assert moments[0] < 0.6
     assert moments[1] > 2 * moments[0]
