@@ -5,50 +5,6 @@
 
 namespace palanquin {
 
-// ---- gathering --------------------------------------------------------------------------------
-
-namespace {
-constexpr int kNoSource = -1;  // a destination that no term reaches
-constexpr int kSum = -2;       // one that needs more than a copy
-}  // namespace
-
-void Gather::separate_copies(int size, int stride) {
-  std::vector<int> source(static_cast<std::size_t>(size), kNoSource);
-  const auto source_of = [&](const GatherEntry& e) -> int& {
-    return source[static_cast<std::size_t>(e.destination)];
-  };
-  const auto is_plain = [](const GatherEntry& e) {
-    return e.source >= 0 && e.slope_a < 0 && e.slope_b < 0;
-  };
-  for (const GatherEntry& e : entries) {
-    const bool is_first = source_of(e) == kNoSource;
-    source_of(e) = is_first && is_plain(e) ? e.source : kSum;
-  }
-  std::erase_if(entries, [&](const GatherEntry& e) { return source_of(e) != kSum; });
-  for (GatherEntry& e : entries)
-    if (e.source > 0) e.source *= stride;
-  for (int i = 0; i < size; ++i) {
-    const int from = source[static_cast<std::size_t>(i)];
-    if (from < 0) cleared.push_back(i);
-    sources.push_back(std::max(from, 0) * stride);
-  }
-}
-
-void Gather::write(const double* source, const double* slopes, double* destination) const {
-  for (std::size_t i = 0; i < sources.size(); ++i) destination[i] = source[sources[i]];
-  for (int i : cleared) destination[i] = 0.0;
-  add(source, slopes, destination);
-}
-
-void Gather::add(const double* source, const double* slopes, double* destination) const {
-  for (const GatherEntry& e : entries) {
-    double value = e.source < 0 ? 1.0 : source[e.source];
-    if (e.slope_a >= 0) value *= slopes[e.slope_a];
-    if (e.slope_b >= 0) value *= slopes[e.slope_b];
-    destination[e.destination] += value;
-  }
-}
-
 namespace {
 
 constexpr int kConstant = -1;    // a term whose value is 1

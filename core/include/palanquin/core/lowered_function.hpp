@@ -44,6 +44,7 @@ struct FunctionWorkspace {
 class LoweredFunction {
  public:
   LoweredFunction() = default;
+  /// Throws std::runtime_error when the library lacks `name` or what describes it.
   LoweredFunction(const LoweredLibrary& library, const std::string& name);
 
   const std::string& name() const { return name_; }
@@ -74,6 +75,7 @@ class LoweredFunction {
 class LaneFunction {
  public:
   LaneFunction() = default;
+  /// Throws as LoweredFunction.
   LaneFunction(const LoweredLibrary& library, const std::string& name);
 
   int lanes() const { return lanes_; }
