@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
 from palanquin.plan import Plan, Sqp
 
 Inputs = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
@@ -21,15 +21,10 @@ class RecordingSqp(Sqp):
         super().__init__(lowered, **options)
         self.inputs: list[Inputs] = []
 
-    def solve(
-        self,
-        parameters: NamedArray,
-        measured: NamedArray | ArrayLike,
-        guess: NamedArray | None = None,
-    ) -> Plan:
+    def solve(self, *inputs: Any, **named: Any) -> Plan:
         """As `Sqp.solve`. Copies are made afterwards, so that they warm no cache."""
-        plan = super().solve(parameters, measured, guess)
-        p, z, start = self._inputs(parameters, measured, guess)
+        plan = super().solve(*inputs, **named)
+        p, z, start = self._inputs(*inputs, **named)
         self.inputs.append((p.copy(), z.copy(), start.copy()))
         return plan
 

@@ -117,7 +117,10 @@ class _Solver(Generic[Settings]):
         self._core.set_policy(family, _core.Policy(policy.kind, stiffness, smoothing))
 
     def _inputs(
-        self, parameters: NamedArray, measured: NamedArray | ArrayLike, guess: NamedArray | None
+        self,
+        parameters: NamedArray,
+        measured: NamedArray | ArrayLike,
+        guess: NamedArray | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         p = parameters.values
         late = parameters["dt"] <= 0

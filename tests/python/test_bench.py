@@ -12,6 +12,7 @@ from rich.console import Console
 from support.strict_json import strict_json
 from typer.testing import CliRunner
 
+from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.replay import RecordingSqp, Replay
 from palanquin.benchmarks.rows import make_row, quantiles
 from palanquin.benchmarks.runs import Step
@@ -209,6 +210,13 @@ def test_runs_take_turns():
     records = take_turns(runs, steps=3, turn=2, skip=2)
     assert "".join(log) == "aabbaabbab"
     assert [s.solve_ms for s in records["a"].steps] == [3.0, 4.0, 5.0]
+
+
+def test_all_tasks_of_a_team_take_turns(tmp_path):
+    variants = [Variant(Task(robots, n), SOLVERS[0]) for robots in (1, 2) for n in (2, 3)]
+    groups = []
+    Measurement(steps=1, seed=0, folder=tmp_path).run(variants, announce=groups.append)
+    assert groups == ["1 robots, warm", "2 robots, warm"]
 
 
 def test_a_run_that_raises_is_out_and_the_others_go_on():
