@@ -19,7 +19,9 @@ from palanquin.problems.layered import (
     NominalPlanner,
     RobotStates,
     Team,
+    rotations,
 )
+from palanquin.problems.layered.link import Link, Message
 
 DATA = Path(__file__).parent.parent / "data" / "layered"
 CASE = json.loads((DATA / "holonomic_trot.json").read_text())
@@ -141,14 +143,82 @@ def test_repeated_exchanges_lead_to_the_centralized_plan():
     assert alone > 1.0  # the neighbours' multipliers are what makes it so
 
 
-def test_a_lossy_slow_link_delivers_what_it_has():
+def message(step, **changes):
+    """One of a robot whose foot forces are 1 + step N, over three intervals."""
+    parts = {
+        "operating": np.eye(3),
+        "states": np.zeros((4, 12)),
+        "inputs": np.full((3, 4, 3), 1.0 + step),
+        "bars": {0: np.arange(3.0)[:, None]},
+        "dual": np.zeros((3, 12)),
+        "feet": np.zeros((4, 3)),
+    }
+    return Message(step, **(parts | changes))
+
+
+def heard(settings, samples=200):
+    """Which sample's message is heard at each, after a greeting."""
+    link = Link(settings)
+    link.send(message(0, is_held=True))
+    steps = []
+    for step in range(samples):
+        newest = link.receive(step)
+        steps.append(newest.step)
+        assert newest.aged(0) is newest
+        link.send(message(step))
+    return np.array(steps)
+
+
+@pytest.mark.parametrize("delay", [1, 3])
+def test_a_slow_link_delivers_as_late_as_it_is_told(delay):
+    steps = heard(LinkSettings(delay=delay))
+    np.testing.assert_array_equal(steps, np.maximum(np.arange(200) - delay, 0))
+
+
+def test_a_lossy_link_keeps_the_newest_that_it_heard():
+    steps = heard(LinkSettings(loss=0.5, seed=4))
+    fresh = steps == np.maximum(np.arange(200) - 1, 0)
+    assert 70 < fresh.sum() < 130
+    assert (np.diff(steps) >= 0).all()
+    np.testing.assert_array_equal(steps, heard(LinkSettings(loss=0.5, seed=4)))
+    assert (steps != heard(LinkSettings(loss=0.5, seed=5))).any()
+    assert (heard(LinkSettings(loss=1.0)) == 0).all()  # the greeting always arrives
+
+
+def test_a_message_ages_along_its_own_plan():
+    link = Link(LinkSettings(delay=2))
+    states = np.zeros((4, 12))
+    states[:, 0], states[:, 8] = np.arange(4), 0.1 * np.arange(4)
+    sent = message(0, states=states)
+    link.send(sent)
+    aged = link.receive(2)
+    np.testing.assert_array_equal(aged.states[:, 0], [2, 3, 3, 3])
+    np.testing.assert_allclose(aged.states[:, 8], [0, 0.1, 0.1, 0.1], atol=1e-12)
+    np.testing.assert_allclose(aged.operating, rotations.exp(np.array([0, 0, 0.2])), atol=1e-12)
+    np.testing.assert_array_equal(aged.bars[0].ravel(), [2, 2, 2])
+    np.testing.assert_array_equal(aged.inputs[:, 0, 0], [1, 0, 0])  # nothing beyond the plan
+
+
+def test_planners_hear_over_their_links():
     states, contacts, desired = instant()
-    links = {(0, 1): LinkSettings(delay=3, loss=0.5), (1, 0): LinkSettings(loss=1.0)}
-    planner = DistributedPlanner(links=links)
-    for n in range(20):
-        plan = planner.plan(0.005 * n, states, contacts, desired)
-        assert plan.is_usable
-        assert np.isfinite(plan.forces).all()
+    desired = Desired(desired.position, np.array([[0.3, 0.1, 0.0], [0.3, -0.1, 0.0]]))
+
+    def forces(**link):
+        links = {(0, 1): LinkSettings(**link), (1, 0): LinkSettings(**link)}
+        planner = DistributedPlanner(links=links)
+        plans = [planner.plan(0.005 * n, states, contacts, desired) for n in range(6)]
+        assert all(plan.is_usable for plan in plans)
+        return np.array([plan.forces for plan in plans])
+
+    deaf, slow, plain = forces(loss=1.0), forces(delay=3), forces()
+    np.testing.assert_array_equal(forces(delay=100), deaf)  # only ever the greeting
+    np.testing.assert_array_equal(slow[:3], deaf[:3])
+    assert np.abs(slow[3] - deaf[3]).max() > 0.1
+    np.testing.assert_array_equal(plain[0], deaf[0])
+    assert np.abs(plain[1] - deaf[1]).max() > 0.1
+    biased = forces(bias=20.0, bias_from=2)
+    np.testing.assert_array_equal(biased[:2], plain[:2])
+    assert np.abs(biased[2] - plain[2]).max() > 0.1
 
 
 def test_links_between_strangers_are_refused():
@@ -185,9 +255,42 @@ def test_bad_settings_are_named(options, message):
         replace(WORKING, **options)
 
 
-@pytest.mark.parametrize("slack", [0.0, 1e3])
-def test_rows_may_be_hard_penalised_or_slack(slack):
+def stretched(**changes):
+    """A plan for robots that move apart, and how fast d(|p_1 - p_2|^2 / 2)/dt is at its next knot;
+    it is 0.2 m^2/s now.
+    """
     states, contacts, desired = instant()
-    for policy in ("hard", "off", 1e4):
-        settings = replace(WORKING, rate=policy, slack=slack)
-        assert CentralizedPlanner(settings=settings).plan(0.0, states, contacts, desired).is_usable
+    apart = states.velocity + np.array([[0.0, 0.1, 0.0], [0.0, -0.1, 0.0]])
+    planner = CentralizedPlanner(settings=replace(WORKING, **changes))
+    plan = planner.plan(0.0, replace(states, velocity=apart), contacts, desired)
+    arms = np.asarray(planner.team.bars[0].attach)
+    points = plan.position + np.einsum("iab,ib->ia", plan.rotation, arms)
+    turning = np.cross(plan.angular_velocity, arms)
+    velocities = plan.velocity + np.einsum("iab,ib->ia", plan.rotation, turning)
+    return plan, (points[0] - points[1]) @ (velocities[0] - velocities[1])
+
+
+def test_rows_may_be_hard_penalised_or_off():
+    rates = []
+    for policy in ("off", 1e4, 1e6, "hard"):
+        plan, rate = stretched(acceleration="off", rate=policy)
+        assert plan.is_usable
+        rates.append(rate)
+    off, soft, stiff, hard = np.abs(rates)
+    assert off > 0.05 > hard
+    assert off > 1.2 * soft > 10 * stiff > 20 * hard
+    _, kept = stretched(acceleration="hard", rate="off")
+    assert kept == pytest.approx(0.2, abs=1e-3)  # a bar that can't stretch faster
+
+
+def test_a_slack_keeps_rows_that_contradict_each_other_feasible():
+    """The rate can't vanish at once while the acceleration does."""
+    plan, _ = stretched(rate="hard")
+    assert not plan.is_usable
+    assert "bar.rate" in plan.event
+    plan, rate = stretched(rate="hard", slack=1e3)
+    assert plan.is_usable
+    assert abs(rate) < 1e-3
+    rates = [stretched(rate="off", slack=weight)[1] for weight in (1e-2, 1e5)]
+    assert rates[0] < 0.1  # nobody minds the slack
+    assert rates[1] == pytest.approx(0.2, abs=1e-3)

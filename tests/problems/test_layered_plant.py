@@ -32,6 +32,22 @@ def tumbling(team, plant):
     return replace(state, velocity=v[:, :3], angular_velocity=v[:, 3:])
 
 
+def joint_angles(bar, state):
+    """Largest sine by which the joints of a bar along -y have turned: about x and z at both ends,
+    and about y of one robot against the other.
+    """
+    arms = np.einsum("iab,ib->ia", state.rotation, np.asarray(bar.attach))
+    ends = state.position + arms
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
+    seen = [R.T @ along for R in state.rotation]
+    twist = state.rotation[0].T @ state.rotation[1]
+    return {
+        "roll": max(abs(d[2]) for d in seen),
+        "pitch": abs(twist[0, 2] - twist[2, 0]) / 2,
+        "yaw": max(abs(d[0]) for d in seen),
+    }
+
+
 @pytest.mark.parametrize("payload", [0.0, 5.0])
 @pytest.mark.parametrize("name", BARS)
 def test_flight_keeps_energy_and_the_bar(name, payload):
@@ -44,6 +60,8 @@ def test_flight_keeps_energy_and_the_bar(name, payload):
     assert np.abs(after.rotation - state.rotation).max() > 0.1  # or little would have been kept
     assert plant.energy(after) == pytest.approx(before, abs=1e-6)
     assert plant.constraint_error(after) < 1e-8
+    for axis, angle in joint_angles(team.bars[0], after).items():
+        assert angle < 1e-7 if axis in BARS[name].restrict else angle > 0.02, axis
 
 
 def test_free_fall_of_the_common_centre():

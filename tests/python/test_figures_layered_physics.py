@@ -1,28 +1,147 @@
-"""The layered paper's figures from full physics, each drawn from one short run on flat ground."""
+"""The layered paper's figures from full physics: which runs they draw, and what of them."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
 
 from palanquin.benchmarks.layered import physics
 from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import run
+from palanquin.sim.bar.run import Ticks, run
 from palanquin.sim.bar.scenario import BarScenario
 
+SET = ("blocks", "slippery", "pulled")
+HELD = ("pitch-yaw", "roll-yaw", "roll-pitch", "roll-pitch-yaw")
 
-def test_every_figure_is_drawn(tmp_path, monkeypatch):
+
+def by(planner, *names):
+    return [(name, planner) for name in names]
+
+
+# The runs that each axes of a figure draws, row by row.
+DRAWN = {
+    "figure-10": 2 * [by("centralized", "rough"), by("distributed", "rough")],
+    "figure-12": 2 * [by("centralized", "flat")],
+    "figure-13": [by("centralized", "flat")],
+    "figure-14": 2 * [by("centralized", name) for name in SET],
+    "figure-15": [by("centralized", name) for name in SET],
+    "figure-16": 2 * [by("centralized", *SET)] + 2 * [by("distributed", *SET)],
+    "figure-17": 2 * [by("distributed", name) for name in SET],
+    "figure-18": [by("distributed", name) for name in SET],
+    "figure-20": [
+        by("distributed", "gravel"),
+        by("centralized", "lawn"),
+        by("distributed", "mulch"),
+        by("centralized", "grass"),
+    ],
+    "figure-24": [by("centralized", "blocks")],
+    "figure-25": 2 * [by("centralized", *HELD)] + 2 * [by("distributed", *HELD)],
+}
+RUNS = sorted({key for axes in DRAWN.values() for keys in axes for key in keys})
+
+
+@pytest.fixture(scope="module")
+def reproduced(tmp_path_factory):
+    """All figures of runs that are one short one, cut to another length for each scenario and
+    planner; the figures by name, the runs, and what the reproduction returned and said.
+    """
+    folder = tmp_path_factory.mktemp("figures")
     short = BarScenario(duration=0.3)
-    result = run(short, build_planner(short))
-    monkeypatch.setattr(physics, "build_planner", lambda scenario: None)
-    monkeypatch.setattr(physics, "run", lambda scenario, planner: result)
-    done = []
-    rows, files = physics.reproduce_physics(
-        tmp_path, progress=lambda part, count, total: done.append((part, count, total))
-    )
+    walked = run(short, build_planner(short))
+    names = {physics.SCENARIOS[name]: name for name, _ in RUNS}
+    runs, figures, done = {}, {}, []
+
+    def cut(scenario, planner):
+        assert planner == scenario.planner
+        plain = replace(scenario, planner="centralized", duration=BarScenario().duration)
+        key = names[plain], scenario.planner
+        assert key not in runs, "made twice"
+        length = 10 + RUNS.index(key)
+        ticks = Ticks(**{f.name: getattr(walked.ticks, f.name)[:length] for f in fields(Ticks)})
+        runs[key] = replace(walked, scenario=scenario, ticks=ticks)
+        return runs[key]
+
+    def save(figure, path, **options):
+        figures[path.stem] = figure
+        original(figure, path, **options)
+
+    original = Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(physics, "build_planner", lambda scenario: scenario.planner)
+        patch.setattr(physics, "run", cut)
+        patch.setattr(Figure, "savefig", save)
+        rows, files = physics.reproduce_physics(
+            folder, duration=0.3, progress=lambda *part: done.append(part)
+        )
+    return folder, figures, runs, rows, files, done
+
+
+def curves(axes):
+    """Values [T] of each curve."""
+    return [np.asarray(line.get_ydata()) for line in axes.get_lines()]
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_a_figure_draws_its_runs(reproduced, name):
+    _, figures, runs, *_ = reproduced
+    drawn = []
+    for axes in figures[name].axes:
+        lengths = {len(values) for values in curves(axes)}
+        drawn.append([key for key in RUNS if 10 + RUNS.index(key) in lengths])
+    assert drawn == [sorted(keys) for keys in DRAWN[name]]
+    assert all(runs[key].scenario.duration == 0.3 for keys in DRAWN[name] for key in keys)
+
+
+def has(axes, values):
+    return any(curve.shape == values.shape and (curve == values).all() for curve in curves(axes))
+
+
+def test_velocities_are_desired_planned_and_actual(reproduced):
+    _, figures, runs, *_ = reproduced
+    for name in ("figure-10", "figure-12", "figure-14", "figure-17"):
+        panels = list(zip(figures[name].axes, DRAWN[name], strict=True))
+        for index, (axes, (key,)) in enumerate(panels):
+            component = 7 if index < len(panels) / 2 else 8
+            ticks = runs[key].ticks
+            assert has(axes, ticks.desired[:, 0, component])
+            for robot in range(2):
+                assert has(axes, ticks.state[:, robot, component])
+                assert has(axes, ticks.planned[:, robot, component])
+
+
+def test_forces_constraints_and_heights_are_those_of_the_runs(reproduced):
+    _, figures, runs, *_ = reproduced
+    for name in ("figure-13", "figure-15", "figure-18"):
+        for axes, (key,) in zip(figures[name].axes, DRAWN[name], strict=True):
+            for robot in range(2):
+                assert has(axes, runs[key].ticks.planned_force[:, robot, 0, 2])
+    for axes, (key,) in zip(figures["figure-20"].axes, DRAWN["figure-20"], strict=True):
+        for column in (0, 1, 3, 4):
+            assert has(axes, runs[key].ticks.output_error[:, 0, column])
+    for robot in range(2):
+        height = 100 * runs["blocks", "centralized"].ticks.feet[:, robot, 1, 2]
+        assert has(figures["figure-24"].axes[0], height)
+
+
+def test_phase_portraits_have_rates_over_angles(reproduced):
+    _, figures, runs, *_ = reproduced
+    for name in ("figure-16", "figure-25"):
+        for index, (axes, keys) in enumerate(zip(figures[name].axes, DRAWN[name], strict=True)):
+            for key in keys:
+                assert has(axes, runs[key].ticks.state[:, 0, 10 + index % 2])
+
+
+def test_everything_is_written_and_told(reproduced):
+    folder, figures, runs, rows, files, done = reproduced
+    assert set(figures) == set(DRAWN)
     pictures = [file for file in files if file.suffix == ".png"]
-    assert {file.stem for file in pictures} == {
-        f"figure-{number}" for number in (10, 12, 13, 14, 15, 16, 17, 18, 20, 24, 25)
-    }
+    assert {file.stem for file in pictures} == set(DRAWN)
     assert all(file.stat().st_size > 5_000 for file in pictures)
-    total = physics.NUMBER_OF_RUNS
-    assert done == [("physics", count, total) for count in range(1, total + 1)]
-    assert {row["scenario"] for row in rows} == set(physics.SCENARIOS)
-    table = (tmp_path / "physics.md").read_text()
+    assert sorted(runs) == RUNS
+    assert physics.NUMBER_OF_RUNS == len(RUNS)
+    assert done == [("physics", count, len(RUNS)) for count in range(1, len(RUNS) + 1)]
+    assert {(row["scenario"], row["planner"]) for row in rows} == set(RUNS)
+    table = (folder / "physics.md").read_text()
     assert "| blocks | centralized |" in table
     assert "![figure-25](figure-25.png)" in table

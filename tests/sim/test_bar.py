@@ -17,7 +17,7 @@ from palanquin.sim.bar.planners import build_planner
 from palanquin.sim.bar.run import Loop, run
 from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.bar.team import ATTACH, STANDING_HEIGHT, BarTeam
+from palanquin.sim.bar.team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
 from palanquin.sim.errors import InputError
 
 
@@ -56,6 +56,28 @@ def test_bars_fit_between_their_robots(restrict, step):
         assert np.linalg.norm(left - right) == pytest.approx(1.0, abs=1e-9)
     connects = [c for c in range(data.nefc) if data.efc_type[c] == 0]
     assert np.abs(data.efc_pos[connects]).max() < 1e-9
+
+
+@pytest.mark.parametrize("restrict", [(), ("yaw",), ("roll", "yaw"), ("roll", "pitch", "yaw")])
+@pytest.mark.parametrize("step", [0.0, 0.1])
+def test_bars_turn_about_the_axes_that_are_free(restrict, step):
+    """Of all motions that the joints allow, over the robots' axes, which are the world's."""
+    scene = build_bar_scene(BarTeam(robots=3, restrict=restrict), Ground(step=step))
+    model, data = scene.model, scene.data()
+    rows = np.zeros((data.ne, model.nv))
+    for row, unit in zip(rows, np.eye(data.nefc), strict=False):
+        mujoco.mj_mulJacTVec(model, data, row, unit)
+    _, sizes, directions = np.linalg.svd(rows)
+    motions = directions[np.count_nonzero(sizes > 1e-9) :].T
+    for index in range(2):
+        turn = {}
+        for body in (f"bar{index + 1}", *(f"{name}/trunk" for name in scene.team.names)):
+            turn[body] = np.zeros((3, model.nv))
+            mujoco.mj_jacBody(model, data, None, turn[body], model.body(body).id)
+        for name in scene.team.names[index : index + 2]:
+            relative = (turn[f"bar{index + 1}"] - turn[f"{name}/trunk"]) @ motions
+            for axis, how_far in zip(AXES, np.linalg.norm(relative, axis=1), strict=True):
+                assert how_far < 1e-9 if axis in restrict else how_far > 0.1, axis
 
 
 def test_the_load_sits_where_it_is_told():
@@ -116,9 +138,21 @@ def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
 
 
 def test_runs_repeat_themselves():
-    scenario = BarScenario(duration=0.7, sensors=Sensors.usual(), seed=2)
-    first, second = (run(scenario, build_planner(scenario)) for _ in range(2))
-    np.testing.assert_array_equal(first.ticks.qpos, second.ticks.qpos)
+    def walk(sensors: Sensors, seed: int = 2):
+        scenario = BarScenario(duration=0.7, sensors=sensors, seed=seed)
+        return run(scenario, build_planner(scenario)).ticks
+
+    first, second = walk(Sensors.usual()), walk(Sensors.usual())
+    np.testing.assert_array_equal(first.qpos, second.qpos)
+    # There is noise, another one for each robot and seed, and it finds its way into the motion.
+    exact, other = walk(Sensors()), walk(Sensors.usual(), seed=3)
+    np.testing.assert_array_equal(first.qpos[0], exact.qpos[0])
+    noise = first.state[0] - exact.state[0]
+    assert (np.abs(noise).max(axis=1) > 1e-3).all()
+    assert np.abs(noise[0] - noise[1]).max() > 1e-3
+    assert np.abs(first.qpos[-1] - exact.qpos[-1]).max() > 1e-4
+    start = first.qpos[0, 0] - other.qpos[0, 0]
+    assert np.abs(first.qpos[:, 0] - other.qpos[:, 0] - start).max() > 1e-4
 
 
 def test_a_fall_ends_the_run_and_says_why():
