@@ -7,7 +7,16 @@ from __future__ import annotations
 
 import typer
 
-from palanquin.cli import bench, bench_holonomic, campaign, demo, figures, scenario
+from palanquin.cli import (
+    bench,
+    bench_holonomic,
+    bench_loops,
+    bench_suites,
+    campaign,
+    demo,
+    figures,
+    scenario,
+)
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
 
@@ -23,6 +32,8 @@ app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")
 bench.app.command("holonomic")(bench_holonomic.holonomic)
+bench.app.command("suites")(bench_suites.suites)
+bench.app.command("loops")(bench_loops.loops)
 app.add_typer(bench.app, name="bench")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")

@@ -1,0 +1,101 @@
+"""Who solves the collection: our SQP with a back end and kind of Hessian, Ipopt, and peers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from palanquin.errors import ProblemError
+from palanquin.lowered import Lowered
+from palanquin.plan import Ipopt, Plan, Sqp
+from palanquin.problems.collection import Ocp, Start
+
+MAX_ITERATIONS = 200
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a solver said, and where it ended.
+
+    Attributes:
+        status: a `Status` in lower case, or a peer's own word.
+        message: in words.
+        trajectory: [N + 1, nz]; empty where the solver does not take the problem.
+        iterations: the solver's own.
+        milliseconds: of the solve, without set-up.
+    """
+
+    status: str
+    message: str
+    trajectory: np.ndarray = field(repr=False)
+    iterations: int
+    milliseconds: float
+
+    @staticmethod
+    def not_taken(reason: str) -> Answer:
+        """Of a solver that refuses the problem's rows."""
+        return Answer("not taken", reason, np.empty((0, 0)), 0, 0.0)
+
+
+Solve = Callable[[Start], Answer]
+
+
+@dataclass(frozen=True)
+class OwnSolver:
+    """Our SQP, or Ipopt on the same lowered problem for `qp` "ipopt"."""
+
+    qp: str
+    hessian: str = "gauss_newton"
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return self.qp if self.hessian == "gauss_newton" else f"{self.qp}, exact"
+
+    def prepare(self, ocp: Ocp, lowered: Lowered) -> Solve:
+        """Ready to solve `ocp` from any start."""
+        solver = self._solver(lowered)
+
+        def solve(start: Start) -> Answer:
+            begin = time.perf_counter()
+            try:
+                plan: Plan = solver.solve(*start)
+            except (RuntimeError, ValueError) as error:
+                return Answer.not_taken(str(error))
+            elapsed = 1e3 * (time.perf_counter() - begin)
+            status = plan.status.name.lower()
+            return Answer(status, plan.message, plan.xs.copy(), plan.iteration_count, elapsed)
+
+        return solve
+
+    def _solver(self, lowered: Lowered) -> Sqp | Ipopt:
+        if self.qp == "ipopt":
+            return Ipopt(lowered, penalize=True)
+        options: dict[str, Any] = {"max_iterations": MAX_ITERATIONS}
+        return Sqp(lowered, qp=self.qp, hessian=self.hessian, **options)
+
+
+SOLVERS: dict[str, OwnSolver] = {
+    solver.name: solver
+    for solver in (
+        OwnSolver("structured"),
+        OwnSolver("structured", "exact"),
+        OwnSolver("multipliers"),
+        OwnSolver("multipliers", "exact"),
+        OwnSolver("osqp"),
+        OwnSolver("osqp", "exact"),
+        OwnSolver("ipopt"),
+    )
+}
+
+
+def chosen(names: list[str]) -> list[OwnSolver]:
+    """The solvers named, all unless told; ProblemError for an unknown name."""
+    for name in names:
+        if name not in SOLVERS:
+            raise ProblemError(f"--solvers {name!r} is unknown; there are {'; '.join(SOLVERS)}")
+    return [SOLVERS[name] for name in names] if names else list(SOLVERS.values())

@@ -1,0 +1,61 @@
+"""What is to be said about an answer, by its KKT error and the reference optimum."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from palanquin.benchmarks.suites.certificate import KktError
+
+COST_TOLERANCE = 1e-6  # relative to the reference or to 1
+FEASIBLE = 1e-6
+STATIONARY = 1e-4  # a point with more has not converged, whatever its status
+
+
+class Verdict(StrEnum):
+    """From good to bad; every problem of the collection has a solution."""
+
+    OPTIMAL = "optimal"
+    """Converged to the reference cost or below, and certified."""
+    DEARER = "dearer"
+    """Converged and certified, but dearer than the reference: another optimum, or a loose one."""
+    NOT_SAID = "not said"
+    """A certified point that the status does not call converged."""
+    FAILED = "failed"
+    """No solution, and the status says so."""
+    NOT_TAKEN = "not taken"
+    """The solver refuses the problem's rows."""
+    WRONG_INFEASIBLE = "WRONG INFEASIBLE"
+    WRONG_CONVERGED = "WRONG CONVERGED"
+    """No KKT point of the stated problem."""
+
+
+MARKS = {
+    Verdict.OPTIMAL: "=",
+    Verdict.DEARER: "d",
+    Verdict.NOT_SAID: "~",
+    Verdict.FAILED: "x",
+    Verdict.NOT_TAKEN: "-",
+    Verdict.WRONG_INFEASIBLE: "I",
+    Verdict.WRONG_CONVERGED: "W",
+}
+
+
+def judge(status: str, error: KktError | None, cost: float, reference: float | None) -> Verdict:
+    """The verdict on an answer; without `error` its point is not finite or missing."""
+    if status == "not taken":
+        return Verdict.NOT_TAKEN
+    is_certified = error is not None and (
+        error.stationarity <= STATIONARY and max(error.equality, error.inequality) <= FEASIBLE
+    )
+    if status == "converged":
+        if not is_certified:
+            return Verdict.WRONG_CONVERGED
+        return Verdict.OPTIMAL if is_at(cost, reference) else Verdict.DEARER
+    if is_certified:
+        return Verdict.NOT_SAID
+    return Verdict.WRONG_INFEASIBLE if status == "infeasible" else Verdict.FAILED
+
+
+def is_at(cost: float, reference: float | None) -> bool:
+    """Whether a cost is the reference's or below; without a reference every cost is."""
+    return reference is None or cost <= reference + COST_TOLERANCE * max(1.0, abs(reference))

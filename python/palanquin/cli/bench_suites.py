@@ -1,0 +1,68 @@
+"""`palanquin bench suites`: a collection of optimal control problems by every solver."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.errors import ProblemError
+
+
+def suites(
+    problems: Annotated[
+        str, typer.Option(metavar="NAME,...", help="Of the collection; all unless told.")
+    ] = "",
+    solvers: Annotated[
+        str, typer.Option(metavar="NAME;...", help='Such as "structured; osqp, exact".')
+    ] = "",
+    random: Annotated[int, typer.Option(min=0, help="Random starts besides rest and line.")] = 1,
+    references: Annotated[
+        bool, typer.Option("--references", help="Make the reference optima anew by Ipopt first.")
+    ] = False,
+    folder: Annotated[
+        Path, typer.Option("--out", metavar="FOLDER", help="For pictures and rows.")
+    ] = Path("out/bench-suites"),
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Keep rows that --out already holds.")
+    ] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
+    ] = None,
+    headless: Annotated[
+        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
+    ] = False,
+) -> None:
+    """Over 25 optimal control problems from rest, a straight line and random guesses.
+
+    Every answer is judged by its KKT error, taken from the problem's statement by CasADi alone, and
+    by Ipopt's cost from the same start. WRONG are plans called converged that are no KKT point, and
+    "infeasible" for problems that all have solutions.
+    """
+    from palanquin.benchmarks.suites.references import load_references, make_references
+    from palanquin.benchmarks.suites.report import report_suite
+    from palanquin.benchmarks.suites.runs import run_suite
+    from palanquin.benchmarks.suites.solvers import chosen
+    from palanquin.problems.collection import COLLECTION
+
+    with reported_errors():
+        check_writable("--json", json_file)
+        names = [name.strip() for name in problems.split(",") if name.strip()]
+        for name in names:
+            if name not in COLLECTION:
+                known = ", ".join(COLLECTION)
+                raise ProblemError(f"--problems {name!r} is unknown; there are {known}")
+        by = chosen([name.strip() for name in solvers.split(";") if name.strip()])
+        ocps = [COLLECTION[name] for name in names or COLLECTION]
+        with err.status("lowering") as status:
+            costs = make_references(ocps, status.update) if references else load_references()
+            results = run_suite(ocps, by, costs, random, folder, resume, status.update)
+        text = json.dumps(results, allow_nan=False, indent=1) + "\n"
+        for file in (folder / "results.json", json_file):
+            if file is not None:
+                file.write_text(text, encoding="utf-8")
+        pictures = report_suite(results, folder, out)
+    out.print("pictures:", *map(str, pictures), markup=False, highlight=False)
