@@ -163,30 +163,41 @@ void FlatQp::update(const StageQp& qp, const PenaltyModel& model) {
   for (int k = 0; k <= qp.horizon(); ++k) {
     const QpStage& stage = qp.stages[k];
     const StageMap& map = maps_[k];
-    const int size = stage.nw() - map.fixed_columns;
-    gradient.segment(map.first_variable, size) = stage.gradient.tail(size);
     scatter(stage.hessian, map.fixed_columns, map.hessian, 1.0, hessian.values);
+    add_curvatures(stage, map, model.curvature[k]);
     update_constraints(qp, k);
+    if (k == 0) continue;
     update_right_side(qp, k);
-    if (k > 0) update_penalties(stage, map, model.slope[k], model.curvature[k]);
+    gradient.segment(map.first_variable, stage.nw()) = stage.gradient;
+    add_slopes(stage, map, model.slope[k]);
   }
-  substitute_initial_state(qp, model);
+  update_initial_state(qp, model);
 }
 
-void FlatQp::update_penalties(const QpStage& stage, const StageMap& map,
-                              const Eigen::VectorXd& slope, const Eigen::VectorXd& curvature) {
+/// hessian += J'D J
+void FlatQp::add_curvatures(const QpStage& stage, const StageMap& map,
+                            const Eigen::VectorXd& curvature) {
   for (int j = 0; j < stage.penalty_jacobian.rows; ++j) {
-    if (slope[j] == 0.0 && curvature[j] == 0.0) continue;  // most rows are inactive
+    if (curvature[j] == 0.0) continue;  // most rows are inactive
     const int first = map.row_start[j];
     const int length = map.row_start[j + 1] - first;
     const int* pair = map.pairs.data() + map.pair_start[j];
     for (int a = 0; a < length; ++a) {
       const double value = stage.penalty_jacobian.values[map.entry_position[first + a]];
       penalty_row_[a] = value;
-      gradient[map.entry_variable[first + a]] += slope[j] * value;
       const double scaled = curvature[j] * value;
       for (int b = 0; b <= a; ++b) hessian.values[*pair++] += scaled * penalty_row_[b];
     }
+  }
+}
+
+/// gradient += J'slope
+void FlatQp::add_slopes(const QpStage& stage, const StageMap& map, const Eigen::VectorXd& slope) {
+  for (int j = 0; j < stage.penalty_jacobian.rows; ++j) {
+    if (slope[j] == 0.0) continue;
+    for (int a = map.row_start[j]; a < map.row_start[j + 1]; ++a)
+      gradient[map.entry_variable[a]] +=
+          slope[j] * stage.penalty_jacobian.values[map.entry_position[a]];
   }
 }
 
@@ -212,25 +223,28 @@ void FlatQp::update_right_side(const StageQp& qp, int k) {
   right_side.segment(map.dynamics_row, stage.offset.size()) = stage.offset;
 }
 
-void FlatQp::substitute_initial_state(const StageQp& qp, const PenaltyModel& model) {
+void FlatQp::update_initial_state(const StageQp& qp, const PenaltyModel& model) {
   const QpStage& stage = qp.stages[0];
   const StageMap& map = maps_[0];
+  const int size = stage.nw() - stage.nx;
   fixed_w_.head(stage.nx) = qp.initial_state;
 
   gradient_.setZero();
   stage.hessian.multiply_symmetric_add(fixed_w_.data(), gradient_.data());
-  const int size = stage.nw() - stage.nx;
-  gradient.head(size) += gradient_.tail(size);
+  gradient.head(size) = stage.gradient.tail(size) + gradient_.tail(size);
   slope_.setZero();
   stage.penalty_jacobian.multiply_add(fixed_w_.data(), slope_.data());
   slope_ = model.slope[0] + model.curvature[0].cwiseProduct(slope_);
-  update_penalties(stage, map, slope_, model.curvature[0]);
+  add_slopes(stage, map, slope_);
 
   double* r = right_side.data();
+  update_right_side(qp, 0);
   stage.equality_jacobian.multiply_add(fixed_w_.data(), r + map.equality_row, -1.0);
   stage.inequality_jacobian.multiply_add(fixed_w_.data(), r + map.inequality_row, -1.0);
   if (qp.horizon() == 0) return;
   stage.dynamics.multiply_add(fixed_w_.data(), r + map.dynamics_row);
+  const Eigen::VectorXd& link = qp.stages[1].link_value;
+  right_side.segment(maps_[1].link_row, link.size()) = -link;
   qp.stages[1].link_previous.multiply_add(fixed_w_.data(), r + maps_[1].link_row, -1.0);
 }
 

@@ -24,6 +24,8 @@ class FlatQp {
   void analyse(const StageQp& qp);
   /// Rewrites all values; `qp` has the structure last analysed.
   void update(const StageQp& qp, const PenaltyModel& model);
+  /// Rewrites what depends on qp.initial_state, when since `update` nothing else has changed.
+  void update_initial_state(const StageQp& qp, const PenaltyModel& model);
 
   int variables() const { return hessian.cols; }
   int rows() const { return constraints.rows; }
@@ -67,11 +69,10 @@ class FlatQp {
   void build_hessian(const QpStage& stage, StageMap& map);
   void build_constraints(const StageQp& qp, int k);
 
-  void update_penalties(const QpStage& stage, const StageMap& map, const Eigen::VectorXd& slope,
-                        const Eigen::VectorXd& curvature);
+  void add_curvatures(const QpStage& stage, const StageMap& map, const Eigen::VectorXd& curvature);
+  void add_slopes(const QpStage& stage, const StageMap& map, const Eigen::VectorXd& slope);
   void update_constraints(const StageQp& qp, int k);
   void update_right_side(const StageQp& qp, int k);
-  void substitute_initial_state(const StageQp& qp, const PenaltyModel& model);
 
   std::vector<StageMap> maps_;
   std::vector<double> penalty_row_;  ///< scratch: the entries of one penalised row

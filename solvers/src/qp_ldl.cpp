@@ -37,22 +37,34 @@ class LdlQpSolver final : public QpSolver {
     const QpStatus prepared = prepare(qp, model);
     update_ms_ = stopwatch.lap_ms();
     solve_ms_ = 0.0;
-    if (prepared != QpStatus::Solved) return prepared;
-    const QpStatus status = refine();
-    if (is_usable(status))
-      flat_.unpack(qp, model, point_.data(), point_.data() + flat_.variables(), solution);
-    solve_ms_ = stopwatch.lap_ms();
-    return status;
+    return is_usable(prepared) ? refine(qp, model, solution) : prepared;
   }
 
- private:
-  QpStatus prepare(const StageQp& qp, const PenaltyModel& model) {
+  /// The factorisation: x_0 is no variable and only moves the right-hand side.
+  QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {
     for (const QpStage& stage : qp.stages)
       if (stage.inequality_value.size() > 0) return QpStatus::Unsupported;
     if (!analysed_ || qp.structure_revision != revision_) analyse(qp);
     flat_.update(qp, model);
     if (!flat_.is_finite()) return QpStatus::NonFinite;
     return factorize() ? QpStatus::Solved : QpStatus::FactorizationFailed;
+  }
+
+  QpStatus finish(const StageQp& qp, const PenaltyModel& model,
+                  StageQpSolution& solution) override {
+    update_ms_ = 0.0;
+    flat_.update_initial_state(qp, model);
+    return flat_.is_finite() ? refine(qp, model, solution) : QpStatus::NonFinite;
+  }
+
+ private:
+  QpStatus refine(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) {
+    Stopwatch stopwatch;
+    const QpStatus status = refine();
+    if (is_usable(status))
+      flat_.unpack(qp, model, point_.data(), point_.data() + flat_.variables(), solution);
+    solve_ms_ = stopwatch.lap_ms();
+    return status;
   }
 
   void analyse(const StageQp& qp) {

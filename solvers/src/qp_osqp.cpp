@@ -79,16 +79,11 @@ class OsqpQpSolver final : public QpSolver {
     const QpStatus prepared = prepare(qp, model);
     update_ms_ = stopwatch.lap_ms();
     solve_ms_ = 0.0;
-    if (prepared != QpStatus::Solved) return prepared;
-    const QpStatus status = run(solution);
-    if (is_usable(status))
-      flat_.unpack(qp, model, solver_->solution->x, solver_->solution->y, solution);
-    solve_ms_ = stopwatch.lap_ms();
-    return status;
+    return is_usable(prepared) ? run(qp, model, solution) : prepared;
   }
 
- private:
-  QpStatus prepare(const StageQp& qp, const PenaltyModel& model) {
+  /// Data and factorisation: x_0 is no variable and only moves the vectors.
+  QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {
     const bool same_structure = solver_ && qp.structure_revision == revision_;
     if (!same_structure) {
       solver_.reset();
@@ -99,6 +94,26 @@ class OsqpQpSolver final : public QpSolver {
     if (!flat_.is_finite()) return QpStatus::NonFinite;
     const bool done = same_structure ? update() : set_up();
     return done ? QpStatus::Solved : QpStatus::FactorizationFailed;
+  }
+
+  QpStatus finish(const StageQp& qp, const PenaltyModel& model,
+                  StageQpSolution& solution) override {
+    Stopwatch stopwatch;
+    flat_.update_initial_state(qp, model);
+    if (!flat_.is_finite()) return QpStatus::NonFinite;
+    const bool done = update_vectors();
+    update_ms_ = stopwatch.lap_ms();
+    return done ? run(qp, model, solution) : QpStatus::FactorizationFailed;
+  }
+
+ private:
+  QpStatus run(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) {
+    Stopwatch stopwatch;
+    const QpStatus status = run(solution);
+    if (is_usable(status))
+      flat_.unpack(qp, model, solver_->solution->x, solver_->solution->y, solution);
+    solve_ms_ = stopwatch.lap_ms();
+    return status;
   }
 
   bool set_up() {
@@ -117,10 +132,15 @@ class OsqpQpSolver final : public QpSolver {
   }
 
   bool update() {
-    set_lower_bounds();
     const bool done = osqp_update_data_mat(solver_.get(), flat_.hessian.values.data(), nullptr, 0,
-                                           flat_.constraints.values.data(), nullptr, 0) == 0 &&
-                      osqp_update_data_vec(solver_.get(), flat_.gradient.data(), lower_.data(),
+                                           flat_.constraints.values.data(), nullptr, 0) == 0;
+    if (!done) solver_.reset();
+    return done && update_vectors();
+  }
+
+  bool update_vectors() {
+    set_lower_bounds();
+    const bool done = osqp_update_data_vec(solver_.get(), flat_.gradient.data(), lower_.data(),
                                            flat_.right_side.data()) == 0;
     if (!done) solver_.reset();
     return done;

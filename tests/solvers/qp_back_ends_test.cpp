@@ -108,6 +108,38 @@ TEST_P(QpBackEnd, FollowsANewInitialState) {
   expect_solved(qp);
 }
 
+TEST_P(QpBackEnd, FinishesWhatItPreparedForAnotherInitialState) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    SCOPED_TRACE(seed);
+    StageQp qp = random_stage_qp(options(), seed);
+    const Eigen::VectorXd measured = qp.initial_state;
+    qp.initial_state.setZero();
+    solution_.resize(qp);
+    model_.resize(qp);
+    model_.expand(qp, solution_.w);
+    ASSERT_EQ(solver_->prepare(qp, model_), QpStatus::Solved);
+    qp.initial_state = measured;
+    ASSERT_EQ(solver_->finish(qp, model_, solution_), QpStatus::Solved);
+    const Eigen::VectorXd expected = DenseQp(qp, model_).solve();
+    EXPECT_LE((DenseQp::stack(solution_.w) - expected).norm(),
+              tolerance() * (1.0 + expected.norm()));
+  }
+}
+
+TEST_P(QpBackEnd, FinishesWithoutLookingAtTheMatricesAgain) {
+  if (GetParam() == "multipliers") GTEST_SKIP() << "leaves all the work to the second phase";
+  StageQp qp = random_stage_qp({}, 3);  // with equality rows "structured" refines against them
+  solution_.resize(qp);
+  model_.resize(qp);
+  model_.expand(qp, solution_.w);
+  const Eigen::VectorXd expected = DenseQp(qp, model_).solve();
+  ASSERT_EQ(solver_->prepare(qp, model_), QpStatus::Solved);
+  // Against the contract, to see who reads them: the last knot's cost becomes another one.
+  for (double& value : qp.stages.back().hessian.values) value *= 2.0;
+  ASSERT_TRUE(is_usable(solver_->finish(qp, model_, solution_)));
+  EXPECT_LE((DenseQp::stack(solution_.w) - expected).norm(), 1e-6 * (1.0 + expected.norm()));
+}
+
 TEST_P(QpBackEnd, ReportsNaNInEveryField) {
   const std::function<void(StageQp&)> spoil[] = {
       [](StageQp& qp) { qp.initial_state[0] = kNaN; },

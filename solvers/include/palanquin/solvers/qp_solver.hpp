@@ -53,8 +53,8 @@ class QpSolver {
   }
 
   /// `solve` in two phases: `prepare` does all that does not need qp.initial_state, `finish` the
-  /// rest. Between them nothing in `qp` but the initial state may change. A back end that cannot
-  /// divide the work leaves all of it to `finish`.
+  /// rest if the answer was usable. Between them nothing in `qp` but the initial state may change.
+  /// A back end that cannot divide the work leaves all of it to `finish`.
   virtual QpStatus prepare(const StageQp& qp, const PenaltyModel& model) {
     static_cast<void>(qp), static_cast<void>(model);
     return QpStatus::Solved;
