@@ -28,7 +28,8 @@ void bind_settings(nb::module_& m) {
       .def_rw("cost_resolution", &LineSearchSettings::cost_resolution)
       .def_rw("armijo", &LineSearchSettings::armijo)
       .def_rw("contraction", &LineSearchSettings::contraction)
-      .def_rw("min_step", &LineSearchSettings::min_step);
+      .def_rw("min_step", &LineSearchSettings::min_step)
+      .def_rw("divergence", &LineSearchSettings::divergence);
   nb::class_<PenaltySubproblemSettings>(m, "SubproblemSettings")
       .def(nb::init<>())
       .def_rw("max_inner_iterations", &PenaltySubproblemSettings::max_inner_iterations)
@@ -114,6 +115,7 @@ void bind_results(nb::module_& m) {
       .value("CONVERGED", Status::Converged)
       .value("ITERATION_LIMIT", Status::IterationLimit)
       .value("STALLED", Status::Stalled)
+      .value("DIVERGED", Status::Diverged)
       .value("INFEASIBLE", Status::Infeasible)
       .value("QP_FAILED", Status::QpFailed)
       .value("NON_FINITE", Status::NonFinite);

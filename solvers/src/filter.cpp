@@ -22,4 +22,12 @@ bool is_step_acceptable(const LineSearchSettings& s, const Merit& current, const
          trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;
 }
 
+bool has_diverged(const LineSearchSettings& s, const Merit& current, const Merit& trial,
+                  double modelled_cost) {
+  if (!std::isfinite(trial.infeasibility) || !std::isfinite(trial.cost)) return true;
+  const double expected = std::max({1.0, std::abs(current.cost), std::abs(modelled_cost)});
+  return trial.cost > s.divergence * expected ||
+         trial.infeasibility > std::max(s.max_infeasibility, s.divergence * current.infeasibility);
+}
+
 }  // namespace palanquin

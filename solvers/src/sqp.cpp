@@ -77,6 +77,7 @@ void Sqp::set_policy(const std::string& family, const Policy& policy) {
 
 Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
   if (!start(parameters, measured, guess)) return status_;
+  is_real_time_ = settings_.max_iterations == 1;
   while (status_ == Status::NotSolved) {
     IterationRecord record;
     if (linearize(record)) take_step(record, false);
@@ -108,6 +109,7 @@ Status Sqp::feedback(VectorView measured) {
   Stopwatch watch;
   transcription_.set_measured(measured);
   transcription_.update_initial_state(iterate_);
+  is_real_time_ = true;
   IterationRecord record = prepared_;
   take_step(record, is_usable(prepared_.qp_status));
   history_.push_back(record);
@@ -197,22 +199,32 @@ bool Sqp::linearize(IterationRecord& record) {
 
 /// Steps 2 and 3, a second time with a proximal term when the plain step fails.
 void Sqp::take_step(IterationRecord& record, bool is_prepared) {
-  if (!try_step(record, 0.0, is_prepared) && !try_step(record, settings_.regularization, false)) {
-    record.step = StepKind::Rejected;
-    if (status_ == Status::NonFinite) return;
-    const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
-                          evaluation_.inequality_max <= settings_.equality_tolerance;
-    if (feasible)
-      finish(Status::Stalled, "no step length was accepted from a feasible point");
-    else if (is_usable(record.qp_status) || record.qp_status == QpStatus::PrimalInfeasible)
-      finish(Status::Infeasible, "the constraints cannot be met; " + describe_contradiction());
-    else
-      finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
-                                   "' answered: " + std::string(to_string(record.qp_status)));
-  }
+  if (!try_step(record, 0.0, is_prepared) && !try_step(record, settings_.regularization, false))
+    keep_iterate(record);
   record.cost = evaluation_.cost;
   record.penalty = evaluation_.penalty;
   record.equality_max = evaluation_.equality_max;
+}
+
+/// No step was acceptable. A real-time plan starts at the measurement all the same.
+void Sqp::keep_iterate(IterationRecord& record) {
+  record.step = StepKind::Rejected;
+  if (status_ == Status::NonFinite) return;
+  if (is_real_time_) {
+    transcription_.place_initial_state(iterate_);
+    evaluation_ = transcription_.evaluate(iterate_);
+  }
+  const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
+                        evaluation_.inequality_max <= settings_.equality_tolerance;
+  if (is_real_time_ && is_usable(record.qp_status))
+    finish(Status::Diverged, "cost or residuals blew up, however short the step");
+  else if (feasible)
+    finish(Status::Stalled, "no step length was accepted from a feasible point");
+  else if (is_usable(record.qp_status) || record.qp_status == QpStatus::PrimalInfeasible)
+    finish(Status::Infeasible, "the constraints cannot be met; " + describe_contradiction());
+  else
+    finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
+                                 "' answered: " + std::string(to_string(record.qp_status)));
 }
 
 /// The worst rows of the point that violates a contradicting QP least, or of the iterate.
@@ -220,6 +232,7 @@ std::string Sqp::describe_contradiction() {
   const StageQpSolution* nearest = qp_solver_->least_violation();
   if (nearest == nullptr) return transcription_.describe_worst_rows(iterate_);
   transcription_.step(iterate_, *nearest, 1.0, trial_);
+  transcription_.place_initial_state(trial_);
   return transcription_.describe_worst_rows(trial_);
 }
 
@@ -252,29 +265,34 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
   return accepted;
 }
 
-/// Backtracks from the full step until the filter accepts.
+/// Backtracks from the full step until one is acceptable. Real-time plans start at the measurement
+/// whatever the step length.
 bool Sqp::search_step(IterationRecord& record) {
-  const Merit current{evaluation_.infeasibility, evaluation_.total()};
   for (double alpha = 1.0; alpha >= settings_.line_search.min_step;
        alpha *= settings_.line_search.contraction) {
     transcription_.step(iterate_, solution_, alpha, trial_);
+    if (is_real_time_) transcription_.place_initial_state(trial_);
     trial_evaluation_ = transcription_.evaluate(trial_);
-    const Merit trial{trial_evaluation_.infeasibility, trial_evaluation_.total()};
-    if (!trial_evaluation_.is_finite) continue;
-    if (settings_.globalize) {
-      if (!is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted))
-        continue;
-      if (alpha == 1.0 && is_cycle(trial)) {
-        record.refused_cycle = true;
-        continue;
-      }
-    }
+    if (!trial_evaluation_.is_finite || !is_acceptable(alpha, record)) continue;
     iterate_.swap(trial_);
     evaluation_ = trial_evaluation_;
     record.step_length = alpha;
     record.step = alpha == 1.0 ? StepKind::Full : StepKind::Damped;
     return true;
   }
+  return false;
+}
+
+bool Sqp::is_acceptable(double alpha, IterationRecord& record) const {
+  if (!settings_.globalize) return true;
+  const Merit current{evaluation_.infeasibility, evaluation_.total()};
+  const Merit trial{trial_evaluation_.infeasibility, trial_evaluation_.total()};
+  if (is_real_time_)
+    return !has_diverged(settings_.line_search, current, trial, start_cost_ + record.predicted);
+  if (!is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted))
+    return false;
+  if (alpha < 1.0 || !is_cycle(trial)) return true;
+  record.refused_cycle = true;
   return false;
 }
 

@@ -26,6 +26,7 @@ std::string LineSearchSettings::explain_invalid() const {
       .positive("armijo", armijo)
       .check(contraction > 0.0 && contraction < 1.0, "contraction", contraction, "in (0, 1)")
       .check(min_step > 0.0 && min_step <= 1.0, "min_step", min_step, "in (0, 1]")
+      .check(divergence > 1.0, "divergence", divergence, "above 1")
       .sentence();
 }
 

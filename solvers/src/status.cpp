@@ -12,6 +12,8 @@ std::string_view to_string(Status status) {
       return "iteration_limit";
     case Status::Stalled:
       return "stalled";
+    case Status::Diverged:
+      return "diverged";
     case Status::Infeasible:
       return "infeasible";
     case Status::QpFailed:

@@ -18,6 +18,9 @@ struct LineSearchSettings {
   double armijo = 1e-4;      ///< fraction of the predicted decrease of phi
   double contraction = 0.5;  ///< of the step length, in (0, 1)
   double min_step = 1e-4;    ///< shortest step length that is tried
+  /// A real-time step diverges when cost or residuals are this many times what they should be, see
+  /// has_diverged.
+  double divergence = 1e2;
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;
@@ -33,5 +36,14 @@ struct Merit {
 /// the predicted change of phi for a full step (negative: decrease).
 bool is_step_acceptable(const LineSearchSettings& settings, const Merit& current,
                         const Merit& trial, double alpha, double directional_cost);
+
+/// Whether a real-time step from `current` to `trial` blew up: its values are not finite, its cost
+/// lies above `divergence` times the largest of |phi|, |modelled_cost| (what the QP expected of the
+/// full step) and 1, or its residuals above max_infeasibility and `divergence` times theta.
+///
+/// No decrease is asked for: `current` starts where the measurement was expected, and what the
+/// measurement really is may cost more than any step can gain (docs/algorithms.md, section 1).
+bool has_diverged(const LineSearchSettings& settings, const Merit& current, const Merit& trial,
+                  double modelled_cost);
 
 }  // namespace palanquin

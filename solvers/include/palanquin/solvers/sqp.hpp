@@ -63,7 +63,7 @@ struct IterationRecord {
   double penalty = 0.0;       ///< after the step
   double equality_max = 0.0;  ///< after the step
   double predicted = 0.0;     ///< change of cost and penalty that the QP predicted
-  double step_length = 0.0;
+  double step_length = 0.0;   ///< in (0, 1]; 0 when the iterate was kept
   StepKind step = StepKind::Rejected;
   bool refused_cycle = false;  ///< the full step led back to where the iteration was before
   int inner_iterations = 0;    ///< QP solves of the penalty subproblem
@@ -83,9 +83,11 @@ struct IterationRecord {
 ///   3. step in the tangent space, shortened until the filter accepts; if no length is accepted, or
 ///      the QP failed, once more with a proximal term, and then the iterate is kept.
 ///
-/// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper.
-/// A solver is used by one thread at a time and keeps its workspace between solves. With
-/// Gauss-Newton Hessians a solve does not allocate while the knots' dimensions stay what they were.
+/// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper;
+/// so is a `prepare` with its `feedback`. Its plan starts at the measurement whatever happens, and
+/// the full step is the rule: a step is shortened only when it blows up (has_diverged). A solver is
+/// used by one thread at a time and keeps its workspace between solves. With Gauss-Newton Hessians
+/// a solve does not allocate while the knots' dimensions stay what they were.
 class Sqp {
  public:
   /// `exact` is needed for exact Hessians. Throws std::invalid_argument for invalid settings,
@@ -104,8 +106,9 @@ class Sqp {
   /// One real-time iteration in two phases (Diehl et al. 2005). `prepare` linearises around
   /// `guess`, whose x_0 is the `predicted` knot's, and does all of the QP's work that does not need
   /// the measurement. `feedback` takes the `measured` knot, of which only the states may differ
-  /// from `predicted`, and answers with a plan; feedback_ms() says how long that took. Returns
-  /// false, with the reason in status() and message(), when there is nothing to feed back.
+  /// from `predicted`, and answers with a plan that starts there; feedback_ms() says how long that
+  /// took. Returns false, with the reason in status() and message(), when there is nothing to feed
+  /// back.
   /// `feedback` throws std::logic_error without a preparation; both throw as `solve`.
   bool prepare(MatrixView parameters, VectorView predicted, MatrixView guess);
   Status feedback(VectorView measured);
@@ -146,7 +149,9 @@ class Sqp {
   bool linearize(IterationRecord& record);
   void take_step(IterationRecord& record, bool is_prepared);
   bool try_step(IterationRecord& record, double regularization, bool is_prepared);
+  void keep_iterate(IterationRecord& record);
   bool search_step(IterationRecord& record);
+  bool is_acceptable(double alpha, IterationRecord& record) const;
   std::string describe_contradiction();
   bool is_cycle(const Merit& trial) const;
   bool is_converged(const IterationRecord& record) const;
@@ -165,6 +170,7 @@ class Sqp {
   double start_cost_ = 0.0;  ///< of the iterate that was linearised last
   IterationRecord prepared_;
   bool is_prepared_ = false;
+  bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's
   double transcribe_ms_ = 0.0;
   double feedback_ms_ = 0.0;
 };

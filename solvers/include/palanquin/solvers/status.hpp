@@ -11,6 +11,7 @@ enum class Status {
   IterationLimit,  ///< as many iterations as asked for, all of them fine: the normal end of a
                    ///< real-time iteration
   Stalled,         ///< no acceptable step from a feasible point
+  Diverged,        ///< a real-time step blew up, however short it was: the guess was kept
   Infeasible,      ///< rows contradict each other, or residuals that no step reduces
   QpFailed,        ///< the QP back end found no usable point
   NonFinite,       ///< a function gave NaN or infinity at the start
