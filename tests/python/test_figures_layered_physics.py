@@ -139,7 +139,7 @@ def test_everything_is_written_and_told(reproduced):
     assert {file.stem for file in pictures} == set(DRAWN)
     assert all(file.stat().st_size > 5_000 for file in pictures)
     assert sorted(runs) == RUNS
-    assert physics.NUMBER_OF_RUNS == len(RUNS)
+    assert len(RUNS) == physics.NUMBER_OF_RUNS
     assert done == [("physics", count, len(RUNS)) for count in range(1, len(RUNS) + 1)]
     assert {(row["scenario"], row["planner"]) for row in rows} == set(RUNS)
     table = (folder / "physics.md").read_text()
