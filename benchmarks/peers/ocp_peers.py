@@ -10,7 +10,7 @@ import numpy as np
 
 from palanquin.benchmarks.peers.instance import Instance
 from palanquin.benchmarks.peers.outcome import Outcome
-from palanquin.benchmarks.peers.stage_nlp import build_stage_nlp
+from palanquin.benchmarks.peers.stage_nlp import StageNlp, build_stage_nlp
 from palanquin.benchmarks.variant import Solver
 from palanquin.lowered import Lowered
 from palanquin.plan import Ipopt, Plan, Sqp
@@ -94,37 +94,39 @@ class CasadiPeer:
         self.columns: dict[str, Any] = {"solver": f"casadi-{plugin}", "qp": None, "form": "paper"}
         start = time.perf_counter()
         self._nlp = build_stage_nlp(problem, instances[0], carry=plugin == "fatrop")
-        self._solver = ca.nlpsol("peer", plugin, self._nlp.nlp, self._options(plugin))
+        self._solver = ca.nlpsol("peer", plugin, self._nlp.nlp, nlpsol_options(plugin, self._nlp))
         self.setup_ms = 1e3 * (time.perf_counter() - start)
         self._instances = instances
         self._judge = judge
-
-    def _options(self, plugin: str) -> dict[str, Any]:
-        own: dict[str, Any] = {"tol": TOLERANCE, "print_level": 0}
-        common = {"print_time": False, "error_on_fail": False, plugin: own}
-        if plugin == "ipopt":
-            own["sb"] = "yes"  # no banner
-            return common
-        return common | {
-            "structure_detection": "manual",
-            "N": len(self._nlp.nx) - 1,
-            "nx": self._nlp.nx,
-            "nu": self._nlp.nu,
-            "ng": self._nlp.ng,
-            "equality": [True] * self._nlp.nlp["g"].numel(),
-        }
 
     def solve(self, index: int) -> Outcome:
         """From the instance's guess to convergence."""
         instance = self._instances[index]
         w, p = self._nlp.start(instance), self._nlp.parameters(instance)
         start = time.perf_counter()
-        answer = self._solver(x0=w, p=p, lbg=0, ubg=0)
+        answer = self._solver(x0=w, p=p, lbg=self._nlp.lower, ubg=0)
         elapsed = 1e3 * (time.perf_counter() - start)
         stats = self._solver.stats()
         trajectory = self._nlp.trajectory(np.asarray(answer["x"]).ravel(), instance)
         failure = "" if stats["success"] else str(stats["return_status"])
         return self._judge.outcome(index, trajectory, elapsed, stats["iter_count"], failure)
+
+
+def nlpsol_options(plugin: str, program: StageNlp, tolerance: float = TOLERANCE) -> dict[str, Any]:
+    """Options of `casadi.nlpsol`: quiet, and for fatrop the program's stages."""
+    own: dict[str, Any] = {"tol": tolerance, "print_level": 0}
+    common = {"print_time": False, "error_on_fail": False, plugin: own}
+    if plugin == "ipopt":
+        own["sb"] = "yes"  # no banner
+        return common
+    return common | {
+        "structure_detection": "manual",
+        "N": len(program.nx) - 1,
+        "nx": program.nx,
+        "nu": program.nu,
+        "ng": program.ng,
+        "equality": program.equality,
+    }
 
 
 # None stands for our Ipopt.

@@ -1,8 +1,9 @@
 """A `Problem` as one nonlinear program in CasADi, from the expressions that we lower ourselves.
 
 Variables are ambient (quaternions have four entries, kept at unit norm by the dynamics), penalties
-are part of the objective, dynamics are explicit. Blocks that are absent at a knot are left out,
-rows that are inactive too, so that a program belongs to one sequence of contacts.
+are part of the objective, hard rows are constraints, dynamics are explicit. Blocks that are absent
+at a knot are left out, rows that are inactive too, so that a program belongs to one sequence of
+contacts.
 """
 
 from __future__ import annotations
@@ -16,12 +17,17 @@ import numpy as np
 from palanquin import lowering
 from palanquin.benchmarks.peers import penalties
 from palanquin.benchmarks.peers.instance import Instance
-from palanquin.problem import Block, Problem, Role
+from palanquin.policies import Hard
+from palanquin.problem import Block, Problem, Role, RowGroup
+
+ROW_KINDS = ("equality", "link", "inequality")
 
 
 @dataclass(frozen=True)
 class StageNlp:
-    """min f(w, p) s.t. g(w, p) = 0 with w = (s_0, u_0, s_1, .., s_N), stage by stage.
+    """min f(w, p) s.t. g(w, p) = 0, or <= 0 where a row is no equality, stage by stage.
+
+    The variables are w = (s_0, u_0, s_1, .., s_N).
 
     Rows of stage k are the dynamics to k + 1 and then its own rows. With `carried` blocks the state
     s_k is (x_k, those blocks at knot k - 1), so that rows over two knots become rows of one stage.
@@ -31,15 +37,22 @@ class StageNlp:
         nx: size of s_k, [N + 1].
         nu: size of u_k, [N + 1], the last one 0.
         ng: number of rows of stage k besides the dynamics, [N + 1].
+        equality: which rows of g are equalities.
     """
 
     nlp: dict[str, ca.SX]
     nx: list[int]
     nu: list[int]
     ng: list[int]
+    equality: list[bool]
     _columns: list[np.ndarray]  # per knot, which columns of z the stage's s and u hold
     _carried: np.ndarray  # columns of z that s_k holds for knot k - 1
     _states: np.ndarray
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Lower bounds of g; the upper ones are 0."""
+        return np.where(self.equality, 0.0, -np.inf)
 
     def start(self, instance: Instance) -> np.ndarray:
         """Point w of the instance's guess, with the measured state at knot 0."""
@@ -107,26 +120,28 @@ class _Builder:
         s = [ca.SX.sym(f"s{k}", len(self.states) + len(self.carried)) for k in range(len(columns))]
         u = [ca.SX.sym(f"u{k}", len(c)) for k, c in enumerate(columns)]
         z = [self._knot(s[k], u[k], columns[k]) for k in range(len(columns))]
-        rows, cost, ng = [], ca.SX(0), []
-        for k in range(self.horizon):
-            p = self.p[:, k]
-            following = ca.vertcat(self.functions["d"](z[k], p), z[k][self.carried.tolist()])
-            rows.append(s[k + 1] - following)
-            own = self._rows(k, s, z)
-            rows.append(own)
-            ng.append(own.numel())
-            cost += self._cost("running", z[k], p)
-        cost += self._cost("terminal", z[-1], self.p[:, self.horizon])
+        rows: list[tuple[ca.SX, bool]] = []
+        cost, ng = ca.SX(0), []
+        for k in range(self.horizon + 1):
+            p, at = self.p[:, k], "running" if k < self.horizon else "terminal"
+            if at == "running":
+                following = ca.vertcat(self.functions["d"](z[k], p), z[k][self.carried.tolist()])
+                rows.append((s[k + 1] - following, True))
+            own = self._rows(k, at, s, z)
+            rows += own
+            ng.append(sum(value.numel() for value, _ in own))
+            cost += self.functions[at](z[k], p)
         return StageNlp(
             nlp={
                 "x": ca.vertcat(*(part for pair in zip(s, u, strict=True) for part in pair)),
                 "p": ca.vertcat(ca.vec(self.p), self.measured),
                 "f": cost,
-                "g": ca.vertcat(*rows),
+                "g": ca.vertcat(*(value for value, _ in rows)),
             },
             nx=[part.numel() for part in s],
             nu=[part.numel() for part in u],
-            ng=[*ng, 0],
+            ng=ng,
+            equality=[is_equality for value, is_equality in rows for _ in range(value.numel())],
             _columns=columns,
             _carried=self.carried,
             _states=self.states,
@@ -176,29 +191,40 @@ class _Builder:
         for at in ("running", "terminal"):
             cost = lowering.total_cost(problem, at)
             for group in lowering.groups_at(problem, "inequality", at):
-                cost += group.active * ca.sum1(penalties.value(group, group.expression))
+                if not isinstance(group.policy, Hard):
+                    cost += group.active * ca.sum1(penalties.value(group, group.expression))
             functions[at] = ca.Function(at, stage, [cost])
-        for kind in ("equality", "link"):
-            groups = lowering.groups_at(problem, kind, "running")
-            rows = [g.expression for g in groups]
-            functions[kind] = ca.Function(kind, [k.z_previous, k.z, k.p], rows)
+            for kind in ROW_KINDS:
+                rows = [g.expression for g in self._groups(kind, at)]
+                name = f"{kind}_{at}"
+                functions[name] = ca.Function(name, [k.z_previous, k.z, k.p], rows)
         return functions
 
-    def _cost(self, at: str, z: ca.SX, p: ca.SX) -> ca.SX:
-        return self.functions[at](z, p)
+    def _groups(self, kind: str, at: str) -> list[RowGroup]:
+        """Groups of rows; those over two knots hold at running knots alone."""
+        is_there = kind != "link" or at == "running"
+        return lowering.groups_at(self.problem, kind, at) if is_there else []
 
-    def _rows(self, k: int, s: list[ca.SX], z: list[ca.SX]) -> ca.SX:
-        """The initial state at knot 0, and the active rows of knot k."""
-        rows = []
+    def _rows(self, k: int, at: str, s: list[ca.SX], z: list[ca.SX]) -> list[tuple[ca.SX, bool]]:
+        """The initial state at knot 0, and the active rows of knot k; whether each is an equality.
+
+        Penalised rows are part of the cost and do not appear.
+        """
+        rows: list[tuple[ca.SX, bool]] = []
         if k == 0:
             kept = np.concatenate([self.states, self.carried])
-            rows.append(s[0] - self.measured[kept.tolist()])
+            rows.append((s[0] - self.measured[kept.tolist()], True))
         previous = self.measured if k == 0 else z[k - 1]
         if len(self.carried):
             previous = ca.SX(previous)
             previous[self.carried.tolist()] = s[k][len(self.states) :]
-        for kind in ("equality", "link"):
-            values = self.functions[kind].call([previous, z[k], self.p[:, k]])
-            flags = self.active[kind, "running"][k]
-            rows += [value for value, flag in zip(values, flags, strict=True) if flag]
-        return ca.vertcat(*rows, ca.SX(0, 1))
+        for kind in ROW_KINDS:
+            groups = self._groups(kind, at)
+            values = self.functions[f"{kind}_{at}"].call([previous, z[k], self.p[:, k]])
+            flags = self.active[kind, at][k] if groups else []
+            rows += [
+                (value, kind != "inequality")
+                for group, value, flag in zip(groups, values, flags, strict=True)
+                if flag and isinstance(group.policy, Hard)
+            ]
+        return rows

@@ -13,7 +13,7 @@ from palanquin.benchmarks.machine import describe_machine, source_revision
 from palanquin.benchmarks.store import RowStore
 from palanquin.benchmarks.suites.certificate import KktError, kkt_error
 from palanquin.benchmarks.suites.references import References
-from palanquin.benchmarks.suites.solvers import Answer, OwnSolver
+from palanquin.benchmarks.suites.solvers import Answer, Solver
 from palanquin.benchmarks.suites.stated_program import StatedProgram
 from palanquin.benchmarks.suites.verdict import judge
 from palanquin.problem import Problem
@@ -24,7 +24,7 @@ Row = dict[str, Any]
 
 def run_suite(
     ocps: list[Ocp],
-    solvers: list[OwnSolver],
+    solvers: list[Solver],
     references: References,
     random: int,
     folder: Path,
@@ -47,7 +47,7 @@ def run_suite(
 
 def _run_problem(
     ocp: Ocp,
-    solvers: list[OwnSolver],
+    solvers: list[Solver],
     costs: dict[str, float],
     random: int,
     store: RowStore,

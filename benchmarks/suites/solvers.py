@@ -7,14 +7,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
+from palanquin.benchmarks.peers.instance import Instance
+from palanquin.benchmarks.peers.ocp_peers import nlpsol_options
+from palanquin.benchmarks.peers.stage_nlp import build_stage_nlp
 from palanquin.errors import ProblemError
 from palanquin.lowered import Lowered
 from palanquin.plan import Ipopt, Plan, Sqp
 from palanquin.problems.collection import Ocp, Start
 
 MAX_ITERATIONS = 200
+TOLERANCE = 1e-8  # of peers
 
 
 @dataclass(frozen=True)
@@ -79,21 +84,59 @@ class OwnSolver:
         return Sqp(lowered, qp=self.qp, hessian=self.hessian, **options)
 
 
-SOLVERS: dict[str, OwnSolver] = {
-    solver.name: solver
-    for solver in (
-        OwnSolver("structured"),
-        OwnSolver("structured", "exact"),
-        OwnSolver("multipliers"),
-        OwnSolver("multipliers", "exact"),
-        OwnSolver("osqp"),
-        OwnSolver("osqp", "exact"),
-        OwnSolver("ipopt"),
-    )
-}
+@dataclass(frozen=True)
+class CasadiSolver:
+    """`casadi.nlpsol` with a plugin on the problem as one program, with exact Hessians."""
+
+    plugin: str
+
+    @property
+    def name(self) -> str:
+        """What tables call it."""
+        return f"casadi {self.plugin}"
+
+    def prepare(self, ocp: Ocp, lowered: Lowered) -> Solve:
+        """Ready to solve `ocp` from any start."""
+        some = ocp.starts(lowered, random=0)["rest"]
+        program = build_stage_nlp(ocp.build(), _instance(some), carry=self.plugin == "fatrop")
+        options = nlpsol_options(self.plugin, program, TOLERANCE)
+        solver = ca.nlpsol("peer", self.plugin, program.nlp, options)
+
+        def solve(start: Start) -> Answer:
+            instance = _instance(start)
+            w, p = program.start(instance), program.parameters(instance)
+            begin = time.perf_counter()
+            point = solver(x0=w, p=p, lbg=program.lower, ubg=0)["x"]
+            elapsed = 1e3 * (time.perf_counter() - begin)
+            stats = solver.stats()
+            trajectory = program.trajectory(np.asarray(point).ravel(), instance)
+            status = "converged" if stats["success"] else "failed"
+            message = str(stats["return_status"])
+            return Answer(status, message, trajectory, stats["iter_count"], elapsed)
+
+        return solve
 
 
-def chosen(names: list[str]) -> list[OwnSolver]:
+def _instance(start: Start) -> Instance:
+    return Instance(start.parameters, start.measured, start.guess)
+
+
+Solver = OwnSolver | CasadiSolver
+
+_ALL: tuple[Solver, ...] = (
+    OwnSolver("structured"),
+    OwnSolver("structured", "exact"),
+    OwnSolver("multipliers"),
+    OwnSolver("multipliers", "exact"),
+    OwnSolver("osqp"),
+    OwnSolver("osqp", "exact"),
+    OwnSolver("ipopt"),
+    *(CasadiSolver(plugin) for plugin in ("ipopt", "fatrop") if ca.has_nlpsol(plugin)),
+)
+SOLVERS = {solver.name: solver for solver in _ALL}
+
+
+def chosen(names: list[str]) -> list[Solver]:
     """The solvers named, all unless told; ProblemError for an unknown name."""
     for name in names:
         if name not in SOLVERS:
