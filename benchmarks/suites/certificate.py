@@ -11,6 +11,7 @@ import numpy as np
 from palanquin.benchmarks.suites.stated_program import Expansion
 
 ACTIVE = 1e-5  # hard rows closer to zero than this may push
+HELD = 1e-6  # rows violated by less hold
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,29 @@ def kkt_error(at: Expansion) -> KktError:
         equality=float(np.abs(at.equalities).max(initial=0)),
         inequality=float(at.inequalities.max(initial=0)),
     )
+
+
+def violation_slope(at: Expansion) -> float | None:
+    """How steeply the squared violation can still be lowered, relative to the violation.
+
+    Rows that hold must go on to hold: r = C_v' c_v + H_v' h_v + C_s' lambda + H_s' nu for violated
+    rows v, satisfied ones s and nu >= 0. A point where r vanishes is stationary for the violation,
+    which is what "infeasible" can mean at best; without violation there is no slope.
+    """
+    violated = np.abs(at.equalities) > HELD
+    outside = at.inequalities > HELD
+    active = ~outside & (at.inequalities >= -ACTIVE)
+    pull = at.equalities[violated] @ at.equality_jacobian[violated]
+    pull = pull + at.inequalities[outside] @ at.inequality_jacobian[outside]
+    size = np.hypot(
+        np.linalg.norm(at.equalities[violated]), np.linalg.norm(at.inequalities[outside])
+    )
+    if size == 0:
+        return None
+    held = at.equality_jacobian[~violated]
+    slopes = np.vstack([held, at.inequality_jacobian[active]])
+    rest = _least_residual(pull / size, slopes, len(held))
+    return float(np.abs(rest).max(initial=0))
 
 
 def _least_residual(gradient: np.ndarray, slopes: np.ndarray, free: int) -> np.ndarray:

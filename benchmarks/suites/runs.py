@@ -11,7 +11,7 @@ import numpy as np
 
 from palanquin.benchmarks.machine import describe_machine, source_revision
 from palanquin.benchmarks.store import RowStore
-from palanquin.benchmarks.suites.certificate import KktError, kkt_error
+from palanquin.benchmarks.suites.certificate import KktError, kkt_error, violation_slope
 from palanquin.benchmarks.suites.references import References
 from palanquin.benchmarks.suites.solvers import Answer, Solver
 from palanquin.benchmarks.suites.stated_program import StatedProgram
@@ -84,11 +84,14 @@ def _judged(
         "cost": None,
     }
     error: KktError | None = None
+    slope: float | None = None
     if answer.trajectory.size and np.isfinite(answer.trajectory).all():
         program = StatedProgram(problem, start.parameters, start.measured)
         at = program.expand(answer.trajectory)
         if at.is_finite:
             error = kkt_error(at)
             row |= {"cost": at.cost, **asdict(error)}
-    row["verdict"] = str(judge(answer.status, error, row["cost"] or 0.0, reference))
+            if answer.status == "infeasible":
+                row["violation_slope"] = slope = violation_slope(at)
+    row["verdict"] = str(judge(answer.status, error, row["cost"] or 0.0, reference, slope))
     return row

@@ -24,7 +24,10 @@ class Verdict(StrEnum):
     """No solution, and the status says so."""
     NOT_TAKEN = "not taken"
     """The solver refuses the problem's rows."""
+    STUCK = "stuck"
+    """Called infeasible at a stationary point of the violation, though there are solutions."""
     WRONG_INFEASIBLE = "WRONG INFEASIBLE"
+    """Called infeasible where the violation could still be lowered."""
     WRONG_CONVERGED = "WRONG CONVERGED"
     """No KKT point of the stated problem."""
 
@@ -35,13 +38,23 @@ MARKS = {
     Verdict.NOT_SAID: "~",
     Verdict.FAILED: "x",
     Verdict.NOT_TAKEN: "-",
+    Verdict.STUCK: "s",
     Verdict.WRONG_INFEASIBLE: "I",
     Verdict.WRONG_CONVERGED: "W",
 }
 
 
-def judge(status: str, error: KktError | None, cost: float, reference: float | None) -> Verdict:
-    """The verdict on an answer; without `error` its point is not finite or missing."""
+def judge(
+    status: str,
+    error: KktError | None,
+    cost: float,
+    reference: float | None,
+    slope: float | None = None,
+) -> Verdict:
+    """The verdict on an answer; without `error` its point is not finite or missing.
+
+    `slope` is the violation's, of answers that say infeasible.
+    """
     if status == "not taken":
         return Verdict.NOT_TAKEN
     is_certified = error is not None and (
@@ -53,7 +66,10 @@ def judge(status: str, error: KktError | None, cost: float, reference: float | N
         return Verdict.OPTIMAL if is_at(cost, reference) else Verdict.DEARER
     if is_certified:
         return Verdict.NOT_SAID
-    return Verdict.WRONG_INFEASIBLE if status == "infeasible" else Verdict.FAILED
+    if status != "infeasible":
+        return Verdict.FAILED
+    is_stuck = slope is not None and slope <= STATIONARY
+    return Verdict.STUCK if is_stuck else Verdict.WRONG_INFEASIBLE
 
 
 def is_at(cost: float, reference: float | None) -> bool:

@@ -10,7 +10,7 @@ from support.small_problems import LIBRARY
 from typer.testing import CliRunner
 
 import palanquin as pq
-from palanquin.benchmarks.suites.certificate import KktError, kkt_error
+from palanquin.benchmarks.suites.certificate import KktError, kkt_error, violation_slope
 from palanquin.benchmarks.suites.report import performance_profile
 from palanquin.benchmarks.suites.stated_program import StatedProgram
 from palanquin.benchmarks.suites.verdict import Verdict, judge
@@ -32,12 +32,31 @@ CERTIFIED, LOOSE = KktError(1e-9, 1e-9, 0.0), KktError(1e-2, 1e-9, 0.0)
         ("iteration_limit", CERTIFIED, 1.0, Verdict.NOT_SAID),
         ("iteration_limit", LOOSE, 1.0, Verdict.FAILED),
         ("infeasible", LOOSE, 1.0, Verdict.WRONG_INFEASIBLE),
+        ("infeasible", None, 0.0, Verdict.WRONG_INFEASIBLE),
         ("non_finite", None, 0.0, Verdict.FAILED),
         ("not taken", None, 0.0, Verdict.NOT_TAKEN),
     ],
 )
 def test_verdicts(status, error, cost, verdict):
     assert judge(status, error, cost, reference=1.0) is verdict
+
+
+def test_infeasible_is_right_only_where_the_violation_is_stationary(lowered):
+    """x+ = x + u with |u| <= 1 reaches 2 from 0 in 2 steps, but never 3."""
+    assert judge("infeasible", LOOSE, 1.0, 1.0, slope=1e-9) is Verdict.STUCK
+    assert judge("infeasible", LOOSE, 1.0, 1.0, slope=1e-2) is Verdict.WRONG_INFEASIBLE
+    problem = pq.Problem(horizon=2, dt=1.0)
+    x, u = problem.state("x", 1), problem.input("u", 1)
+    problem.dynamics(x, x + u)
+    problem.residual("effort", u)
+    problem.equality("arrival", x - 3, at="terminal")
+    problem.inequality("limit", u - 1, pq.Hard())
+    lowered = problem.lower()
+    program = StatedProgram(problem, lowered.parameters(), lowered.knot())
+    columns = [[0, 1], [1, 1], [2, 0]]
+    assert violation_slope(program.expand(np.array(columns, float))) < 1e-9
+    columns = [[0, 0.5], [0.5, 0.5], [1.0, 0]]
+    assert violation_slope(program.expand(np.array(columns, float))) > 0.1
 
 
 @pytest.mark.parametrize("name", ["HardBoundedIntegrator", "RigidBody", "Hopper", "Pendulum"])
