@@ -2,7 +2,7 @@
 
 Roles are expressed in the model: the state holds the blocks that may be carried on, and a knot's
 value of such a block is the state's or the input's, as the flags say. Rows that hold by
-construction then are left out, as in our reduced form; inputs that a knot does not use stay.
+construction then do not appear, as in our reduced form; inputs that a knot does not use stay.
 """
 
 from __future__ import annotations
@@ -38,14 +38,15 @@ class Stage:
     terminal_hessian: ca.SX
 
 
-def build_stage(problem: Problem) -> Stage:
-    """The stage of a problem; raises ProblemError for rows that its roles do not imply."""
+def build_stage(problem: Problem, kept: list[Block]) -> Stage:
+    """The stage of a problem whose blocks `kept` may be carried on.
+
+    Raises ProblemError for rows that are no inequalities.
+    """
     for row in problem.rows:
-        if row.kind != "inequality" and not row.implied:
-            raise ProblemError(f"acados: row '{row.name}' is not implied by roles")
+        if row.kind != "inequality":
+            raise ProblemError(f"acados: row '{row.name}' is no inequality")
     knot = lowering.knot_symbols(problem)
-    link = lowering.stacked_rows(problem, "link", "running")
-    kept = [b for b in problem.blocks if ca.depends_on(link, b.previous_symbol)]
     states = [b for b in problem.blocks if b.is_state]
     previous = {b.name: ca.SX.sym(f"{b.name}-", b.size) for b in kept}
     inputs = {b.name: ca.SX.sym(f"{b.name}*", b.size) for b in problem.blocks if not b.is_state}

@@ -17,10 +17,11 @@ import casadi as ca
 import numpy as np
 
 from palanquin.benchmarks.peers.acados_stage import Stage, build_stage
-from palanquin.benchmarks.peers.instance import Instance, make_instances
+from palanquin.benchmarks.peers.instance import Instance, linked_blocks, make_instances
 from palanquin.benchmarks.peers.ocp_peers import TOLERANCE
 from palanquin.benchmarks.trot import build_problem
 from palanquin.benchmarks.variant import Task
+from palanquin.problem import Block, Problem
 
 
 class Worker:
@@ -29,8 +30,9 @@ class Worker:
     def __init__(self, package: Path, folder: Path, task: Task, count: int, seed: int) -> None:
         problem = build_problem(task)
         self._instances = make_instances(problem.lower(), task, count, seed)
-        stage = build_stage(problem)
-        self._columns = _columns(problem)
+        kept = linked_blocks(problem, self._instances[0])
+        stage = build_stage(problem, kept)
+        self._columns = _columns(problem, kept)
         self._knot = ca.Function("knot", [stage.s, stage.u, stage.p], [stage.z])
         self._horizon = task.horizon
         self._solver = _make_solver(package, folder, stage, task.horizon)
@@ -71,22 +73,20 @@ class Worker:
         return z
 
 
-def _columns(problem: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Columns of the knot vector: states, all others, and those that may be carried on."""
-    from palanquin import lowering
-
-    link = lowering.stacked_rows(problem, "link", "running")
+def _columns(problem: Problem, kept: list[Block]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Columns of the knot vector: states, all others, and those of the `kept` blocks."""
+    names = {b.name for b in kept}
     states: list[int] = []
     inputs: list[int] = []
-    kept: list[int] = []
+    carried: list[int] = []
     offset = 0
     for b in problem.blocks:
         own = range(offset, offset + b.size)
         (states if b.is_state else inputs).extend(own)
-        if ca.depends_on(link, b.previous_symbol):
-            kept.extend(own)
+        if b.name in names:
+            carried.extend(own)
         offset += b.size
-    return np.array(states), np.array(inputs), np.array(kept)
+    return np.array(states), np.array(inputs), np.array(carried)
 
 
 def _make_solver(package: Path, folder: Path, stage: Stage, horizon: int) -> Any:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
+from palanquin import lowering
 from palanquin.benchmarks.trot import COMMAND, PERIOD, build_team, disturbed
 from palanquin.benchmarks.variant import Task
 from palanquin.lowered import Lowered, NamedArray
+from palanquin.problem import Block, Problem
 from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import set_contacts, set_references
 from palanquin.problems.clm.references import make_references, nominal_state
@@ -49,3 +52,13 @@ def make_instances(lowered: Lowered, task: Task, count: int, seed: int) -> list[
         fill_guess(guess, team, references, contacts, feet)
         instances.append(Instance(params, measured, guess))
     return instances
+
+
+def linked_blocks(problem: Problem, instance: Instance) -> list[Block]:
+    """Blocks whose value at the knot before is in some row of the instance: those carried on."""
+    groups = lowering.groups_at(problem, "link", "running")
+    p = ca.vertcat(*(q.symbol for q in problem.parameters))
+    flags = ca.Function("flags", [p], [ca.vertcat(*(g.active for g in groups), ca.SX(0, 1))])
+    active = np.asarray(flags(instance.params.values.T)).any(axis=1)
+    rows = ca.vertcat(*(g.expression for g, on in zip(groups, active, strict=True) if on))
+    return [b for b in problem.blocks if ca.depends_on(rows, b.previous_symbol)]

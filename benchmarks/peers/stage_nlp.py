@@ -16,7 +16,7 @@ import numpy as np
 
 from palanquin import lowering
 from palanquin.benchmarks.peers import penalties
-from palanquin.benchmarks.peers.instance import Instance
+from palanquin.benchmarks.peers.instance import Instance, linked_blocks
 from palanquin.policies import Hard
 from palanquin.problem import Block, Problem, Role, RowGroup
 
@@ -107,10 +107,8 @@ class _Builder:
         self.offsets = np.cumsum([0, *(b.size for b in self.blocks)])
         self.nz = int(self.offsets[-1])
         self.states = self._columns_of([b for b in self.blocks if b.is_state])
-        link = lowering.stacked_rows(problem, "link", "running")
-        linked = [b for b in self.blocks if ca.depends_on(link, b.previous_symbol)]
-        self.carried = self._columns_of(linked if carry else [])
         self.roles, self.active = self._structure(instance)
+        self.carried = self._columns_of(linked_blocks(problem, instance) if carry else [])
         self.p = ca.SX.sym("p", *instance.params.values.T.shape)
         self.measured = ca.SX.sym("measured", self.nz)
         self.functions = self._functions()

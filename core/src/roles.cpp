@@ -60,7 +60,6 @@ void Transcription::read_flags() {
 Role Transcription::stated_role(int knot, std::size_t b) const {
   if (problem_->blocks()[b].is_state) return Role::State;
   if (knot == horizon_) return Role::Absent;
-  if (form_ == Form::Paper) return Role::Input;
   return static_cast<Role>(static_cast<int>(flag_table_->roles(*flags_[size_of(knot)])[b]));
 }
 
@@ -70,6 +69,7 @@ Role Transcription::resolve_role(int knot, std::size_t b) const {
   // What the next knot carries must meet the dynamics here: a local becomes an input.
   if (role == Role::Local && stated_role(knot + 1, b) == Role::Carried) return Role::Input;
   if (role != Role::Carried) return role;
+  if (form_ == Form::Paper) return Role::Input;  // a row says what it is
   // A chain that starts before the horizon, or at a block held at zero, is known throughout.
   if (knot == 0) return Role::Fixed;
   const Role before = signatures_[size_of(knot - 1)]->role[b];

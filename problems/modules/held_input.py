@@ -27,9 +27,4 @@ def held_input(
         return problem.variable(name, 3, role=ca.if_else(exists, Role.INPUT, Role.ABSENT))
     held = hold * exists * existed
     role = ca.if_else(exists, ca.if_else(held, Role.CARRIED, Role.INPUT), Role.ABSENT)
-    value = problem.variable(name, 3, role=role)
-    robot, _, limb = name.removesuffix(".force").removesuffix(".torque").partition(".")
-    problem.link(
-        "hold", value - problem.previous(value), active=held, implied=True, robot=robot, limb=limb
-    )
-    return value
+    return problem.variable(name, 3, role=role)

@@ -29,7 +29,6 @@ class Foot:
         position: in the world, m, [3].
         force: ground reaction force, world axes, N, [3]; zero in swing.
         contact: 1 where the foot stands, 0 in swing.
-        touchdown: 1 where it stands and did not at the knot before.
         ground: what it stands on; set by the terrain module.
     """
 
@@ -38,7 +37,6 @@ class Foot:
     position: Expression
     force: Expression
     contact: Expression
-    touchdown: Expression
     ground: Ground | None = None
 
     def land(self, xy: Expression) -> Expression:
@@ -84,11 +82,15 @@ class Leg:
     hold: Expression | None = None
 
     def add_to(self, problem: Problem) -> Foot:
-        """Adds blocks, contact consistency, reach and regularisation; returns the foot."""
+        """Adds blocks, reach and regularisation; returns the foot. Its role and its chart say (7)
+        and (6).
+        """
         body, name = self.body, f"{self.body.name}.{self.limb}"
         contact, standing = self.contact, self.contact * self.previous_contact
         owner = {"robot": body.name, "limb": self.limb}
-        role = ca.if_else(contact, ca.if_else(standing, Role.CARRIED, Role.INPUT), Role.LOCAL)
+        role = ca.if_else(
+            contact, ca.if_else(standing, Role.CARRIED, Role.INPUT), Role.LOCAL
+        )  # (7)
         # The chart asks for the ground only when the problem is lowered: terrain comes later.
         chart = Chart(2, embed=lambda xy: foot.land(xy), active=contact)
         foot = Foot(
@@ -99,17 +101,9 @@ class Leg:
                 problem, f"{name}.force", self.hold, exists=contact, existed=self.previous_contact
             ),
             contact=contact,
-            touchdown=contact - standing,
         )
         r = foot.position - body.position
         body.apply(contact * foot.force, arm=r)  # (2)
-        problem.link(  # (7)
-            "contact",
-            foot.position - problem.previous(foot.position),
-            active=standing,
-            implied=True,
-            **owner,
-        )
         reach = smooth_norm(r - body.offset(self.hip)) - self.length
         problem.inequality("leg", reach, policy=REACH_POLICY, **owner)  # (8a)
         problem.residual(f"{name}.foothold", r - self.reference, weight=self.foothold_weight)

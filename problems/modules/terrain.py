@@ -36,7 +36,10 @@ class Terrain:
         self.friction = checks.positive("terrain.friction", friction)
 
     def add_to(self, problem: Problem) -> None:
-        """Adds touchdown, normal and friction rows for all feet, and the shape's limits."""
+        """Adds normal and friction rows for all feet, and the shape's limits.
+
+        That a foot lands on the ground, (6), is its chart.
+        """
         shared = {
             name: problem.parameter(f"terrain.{name}", len(value), value)
             for name, value in self.shape.parameters().items()
@@ -66,8 +69,6 @@ class Terrain:
     def _add_contact(self, problem: Problem, ground: Ground, foot: Foot) -> None:
         owner: dict[str, Any] = {"robot": foot.robot, "limb": foot.limb}
         xy = foot.position[:2]
-        above = foot.position[2] - ground.height(xy)
-        problem.equality("touchdown", above, active=foot.touchdown, implied=True, **owner)  # (6)
         if ground.limits.numel():
             limits = ca.substitute(ground.limits, ground.xy, xy)
             problem.inequality("area", limits, AREA_POLICY, active=foot.contact, **owner)

@@ -248,8 +248,9 @@ class Problem:
             policy: how the rows enter; `Penalty()` unless told.
             **options: `at` ("running", "terminal", "all"); `robot` and `limb`, to whom the rows
                 belong; `active`, expression of parameters that is nonzero where the rows hold;
-                `scale`, the physical size of one unit of the row (100 for rows in 100 N);
-                `implied`, true where roles and charts hold the rows by construction.
+                `scale`, the physical size of one unit of the row (100 for rows in 100 N).
+
+        What a role or a chart says is no row to state: every solver and form holds it.
         """
         policy = policy or policies.Penalty()
         for other in self._contents.rows:
@@ -361,7 +362,6 @@ class Problem:
         robot: str = "",
         limb: str = "",
         active: Expression | float = 1.0,
-        implied: bool = False,
         scale: float = 1.0,
     ) -> None:
         if kind == "link" and at != "running":
@@ -379,7 +379,6 @@ class Problem:
                 active=checked_column(f"{kind} '{name}' active", ca.SX(active), 1),
                 robot=robot,
                 limb=limb,
-                implied=implied,
                 policy=policy,
                 scale=float(scale),
             )

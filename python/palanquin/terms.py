@@ -75,7 +75,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class RowGroup:
-    """Constraint rows of one kind that share name, owner and policy."""
+    """Constraint rows of one kind that share name, owner and policy.
+
+    `implied` marks rows that lowering derives from roles and charts (`lowering.role_rows`): the
+    reduced form holds them by construction and does not state them.
+    """
 
     name: str
     kind: Literal["equality", "inequality", "link"]
@@ -84,9 +88,9 @@ class RowGroup:
     active: Expression
     robot: str
     limb: str
-    implied: bool
     policy: policies.Policy
     scale: float
+    implied: bool = False
 
 
 @dataclass(frozen=True)

@@ -337,7 +337,12 @@ def test_penalties_turn_the_impossible_into_a_compromise(lowered):
     assert plan.worst_rows(1)[0][1] == pytest.approx(plan.violation["arrival"], rel=0.5)
 
 
-def test_a_local_block_in_the_dynamics():
+@pytest.mark.parametrize(
+    "solver",
+    [pq.Sqp, lambda lowered: pq.Sqp(lowered, qp="ldl", form="paper"), pq.Ipopt],
+    ids=["reduced", "paper", "ipopt"],
+)
+def test_a_local_block_in_the_dynamics(solver):
     problem = pq.Problem(horizon=3, dt=0.1, name="local_in_dynamics")
     x = problem.state("x", 2)
     u = problem.variable("u", 1, role=pq.Role.LOCAL)
@@ -345,4 +350,4 @@ def test_a_local_block_in_the_dynamics():
     problem.residual("effort", u)
     lowered = problem.lower()
     with pytest.raises(ValueError, match="block 'u' is local at knot 0, but the dynamics depend"):
-        pq.Sqp(lowered).solve(lowered.parameters(), lowered.knot())
+        solver(lowered).solve(lowered.parameters(), lowered.knot())

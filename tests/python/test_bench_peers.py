@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from palanquin.benchmarks.peers import comparison
 from palanquin.benchmarks.peers.acados_stage import build_stage
-from palanquin.benchmarks.peers.instance import make_instances
+from palanquin.benchmarks.peers.instance import linked_blocks, make_instances
 from palanquin.benchmarks.peers.ocp_peers import OWN_SOLVERS, CasadiPeer, Judge, OwnPeer
 from palanquin.benchmarks.peers.outcome import Answers, Outcome, ask, make_rows
 from palanquin.benchmarks.peers.qp_peers import CasadiQpPeer, OwnQpPeer, StepQps
@@ -62,7 +62,7 @@ def test_casadi_solves_our_qp_as_we_do(lowered, instances, plugin, form):
 def test_acados_stage_says_what_we_say(lowered, instances, judge):
     """Costs and dynamics of acados' stage along our optimum are ours."""
     problem, instance = build_problem(TASK), instances[0]
-    stage = build_stage(problem)
+    stage = build_stage(problem, linked_blocks(problem, instance))
     peer = OwnPeer(lowered, instances, judge, OWN_SOLVERS[0])
     best = peer.solve(0)
     z, p = peer._solver._core.trajectory, instance.params.values
@@ -86,7 +86,8 @@ def test_acados_stage_says_what_we_say(lowered, instances, judge):
 
 
 def test_acados_hessian_is_positive_definite(instances):
-    stage = build_stage(build_problem(TASK))
+    problem = build_problem(TASK)
+    stage = build_stage(problem, linked_blocks(problem, instances[0]))
     hessian = ca.Function("hessian", [stage.s, stage.u, stage.p], [stage.hessian])
     random = np.random.default_rng(0)
     s, u = (random.standard_normal(v.numel()) for v in (stage.s, stage.u))

@@ -286,7 +286,7 @@ def test_modules_hand_out_handles():
 def test_manifest_lists_blocks_parameters_and_rows(complete):
     p, _, v, u = complete
     p.inequality("limit", u - 1, robot="left", limb="LF", scale=100.0)
-    p.equality("end", v, at="terminal", implied=True)
+    p.equality("end", v, at="terminal")
     assert lowering.manifest(p).splitlines() == [
         "palanquin 1",
         "name cart",
@@ -295,5 +295,5 @@ def test_manifest_lists_blocks_parameters_and_rows(complete):
         "block u real 1 variable 0",
         "parameter dt 1",
         "rows running inequality limit left LF 1 0 100.0",
-        "rows terminal equality end - - 2 1 1.0",
+        "rows terminal equality end - - 2 0 1.0",
     ]

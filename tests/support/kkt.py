@@ -1,7 +1,7 @@
 """A certificate of optimality that shares no code with the engine or the lowering.
 
-The whole-horizon program of a problem is written out from its statement, every block free at every
-running knot (the paper's form), with steps in the tangent space:
+The whole-horizon program of a problem is written out from its statement, with what roles and charts
+say as rows, and with steps in the tangent space:
 
     min f(dz)   s.t.   c(dz) = 0,   h(dz) <= 0 (hard rows),
 
@@ -64,6 +64,8 @@ class WholeHorizon:
         for k, z in enumerate(knots):
             before = knots[k - 1] if k else [ca.SX(v) for v in self._blocks(measured.values)]
             self._add_stage(k, before, z, knots[k + 1] if k < self.N else None)
+            if k < self.N:
+                self._add_roles(k, before, z)
 
     def kkt_residual(self) -> Residual:
         step = ca.vertcat(*self.steps)
@@ -101,6 +103,27 @@ class WholeHorizon:
             else:
                 moved.append(value + step)
         return moved
+
+    def _add_roles(self, k: int, before: list[ca.SX], z: list[ca.SX]) -> None:
+        """Absent: zero. Carried: as at the knot before. Free, and charted there: on the chart."""
+        p = ca.vertcat(*(q.symbol for q in self.problem.parameters))
+
+        def number(expression) -> float:
+            return float(ca.Function("expression", [p], [ca.SX(expression)])(self.p[k]))
+
+        for block, value, previous in zip(self.problem.blocks, z, before, strict=True):
+            role = number(block.role)
+            if block.is_state:
+                continue
+            if role == pq.Role.ABSENT:
+                self.equalities.append(value)
+            elif role == pq.Role.CARRIED:
+                self.equalities.append(value - previous)
+            elif block.chart is not None and number(block.chart.active):
+                m = block.chart.coordinates
+                on_surface = block.chart.embed(value[:m])
+                on_surface = ca.substitute(on_surface, p, self.p[k])
+                self.equalities.append((value - on_surface)[m:])
 
     def _add_stage(self, k: int, before: list[ca.SX], z: list[ca.SX], after) -> None:
         blocks, parameters = self.problem.blocks, self.problem.parameters

@@ -7,6 +7,7 @@ import casadi as ca
 from palanquin.errors import ProblemError
 from palanquin.lowering.dynamics import elimination_order, next_state, state_jacobians
 from palanquin.lowering.knot import Knot, function, knot_symbols, pruned
+from palanquin.lowering.role_rows import embedded
 from palanquin.lowering.stage import (
     ROW_ORDER,
     cost_derivatives,
@@ -87,22 +88,17 @@ def _chart(problem: Problem, k: Knot) -> ca.Function:
         if b.chart is None:
             values.append(b.symbol)
             continue
-        coordinates = ca.SX.sym("y", b.chart.coordinates)
-        embedded = ca.densify(ca.SX(b.chart.embed(coordinates)))
-        if embedded.shape != (b.size, 1):
+        y = ca.SX.sym("y", b.chart.coordinates)
+        value = embedded(b, y)
+        if ca.depends_on(value, k.z):
             raise ProblemError(
-                f"chart of block '{b.name}' embeds into shape {embedded.shape}; ({b.size}, 1) is "
-                "needed"
+                f"chart of block '{b.name}' depends on variables; it may use its coordinates and "
+                "parameters"
             )
-        if not ca.is_equal(embedded[: b.chart.coordinates], coordinates):
-            raise ProblemError(
-                f"chart of block '{b.name}' must leave its coordinates as they are: its first "
-                f"{b.chart.coordinates} entries are {embedded[: b.chart.coordinates]}"
-            )
-        slope = ca.densify(ca.jacobian(embedded, coordinates))
+        slope = ca.densify(ca.jacobian(value, y))
         at = b.symbol[: b.chart.coordinates]
-        values.append(ca.substitute(embedded, coordinates, at))
-        slopes.append(ca.vec(ca.substitute(slope, coordinates, at)))
+        values.append(ca.substitute(value, y, at))
+        slopes.append(ca.vec(ca.substitute(slope, y, at)))
     return function(
         problem, "chart", [k.z, k.p], [ca.vertcat(*values), ca.vertcat(*slopes, ca.SX(0, 1))]
     )

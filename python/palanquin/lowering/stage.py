@@ -6,6 +6,7 @@ import casadi as ca
 
 from palanquin import quaternion
 from palanquin.lowering.knot import Knot, pruned
+from palanquin.lowering.role_rows import role_rows
 from palanquin.problem import Block, Problem, RowGroup
 
 ROW_ORDER = (
@@ -18,8 +19,13 @@ ROW_ORDER = (
 
 
 def groups_at(problem: Problem, kind: str, at: str) -> list[RowGroup]:
-    """Row groups of a kind that hold at 'running' or 'terminal' knots, in order of statement."""
-    return [r for r in problem.rows if r.kind == kind and r.at in (at, "all")]
+    """Row groups of a kind that hold at 'running' or 'terminal' knots.
+
+    Those that the problem states, in order of statement, then those that its blocks' roles and
+    charts imply.
+    """
+    implied = [r for b in problem.blocks for r in role_rows(b)]
+    return [r for r in [*problem.rows, *implied] if r.kind == kind and r.at in (at, "all")]
 
 
 def stacked_rows(problem: Problem, kind: str, at: str) -> ca.SX:

@@ -24,7 +24,7 @@ class Hopper(SmallProblem):
     The foot stands on the curved ground, r_z = z_g(r_x, r_y), and does not move while it stands
     (`stood` is 1 where it did at the knot before). Roles: the foot is carried while it stands, an
     input on the ground's chart at touchdown, local in swing; the force is an input in stance,
-    absent in swing. The paper's form states all that as rows.
+    absent in swing.
     """
 
     N = 12
@@ -46,12 +46,6 @@ class Hopper(SmallProblem):
         dt = problem.dt
         problem.dynamics(v, increment=dt * (force / mass + ca.DM(GRAVITY)))
         problem.dynamics(p, increment=dt * problem.next(v))
-
-        rows = {"limb": "foot", "implied": True}
-        off_ground = foot[2] - height(foot[0], foot[1], ca)
-        problem.equality("touchdown", off_ground, active=stance * (1 - stood), **rows)
-        problem.equality("no_force", force, active=1 - stance, **rows)
-        problem.link("no_slip", foot - problem.previous(foot), active=stance * stood, **rows)
 
         goal = problem.parameter("goal", 3)
         problem.residual("position", p - goal, weight=20.0, at="all")

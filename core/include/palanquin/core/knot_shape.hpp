@@ -16,8 +16,8 @@ namespace palanquin {
 
 /// In which variables a problem is transcribed.
 enum class Form {
-  Reduced,  ///< roles and charts applied, rows that they hold dropped
-  Paper,    ///< every block that is no state an input, every active row stated
+  Reduced,  ///< what roles and charts make known is no variable
+  Paper,    ///< carried and charted blocks are inputs, and rows say what they are
 };
 
 /// What the run-time flags make of one knot: a role and a chart flag per block, an active flag per

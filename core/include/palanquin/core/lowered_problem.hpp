@@ -50,7 +50,7 @@ struct RowGroup {
   std::string limb;
   int size = 0;
   int offset = 0;        ///< among the rows of its kind and stage
-  bool implied = false;  ///< held by roles and charts; only the paper's form states it
+  bool implied = false;  ///< by a role or a chart: the reduced form holds it by construction
   double scale = 1.0;    ///< physical size of one unit of the row
 };
 
