@@ -69,6 +69,7 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
   transcription_.set_measured(measured);
   RowMatrix start = guess;
   transcription_.project(start);
+  transcription_.place_initial_state(start);
 
   IpoptResult result;
   transcription_.linearize(start);

@@ -30,12 +30,11 @@ Nlp::Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions, Trans
        {&functions_.running, &functions_.running_hessian, &functions_.terminal,
         &functions_.terminal_hessian, &functions_.link, &functions_.link_hessian})
     f->prepare(workspace_);
-  for (const BlockInfo& b : problem_.blocks())
-    for (int i = 0; b.is_state && i < b.size; ++i) {
-      state_entries_.push_back(b.offset + i);
-      trajectory_(0, b.offset + i) = measured_[b.offset + i];
-    }
+  for (const BlockInfo& b : problem_.states())
+    for (int i = 0; i < b.size; ++i) state_entries_.push_back(b.offset + i);
   lay_out(rows, penalize);
+  evaluate_knots();
+  choose_sides();
 }
 
 /// Numbers variables and rows.
@@ -45,10 +44,12 @@ void Nlp::lay_out(Transcription& rows, bool penalize) {
   for (int k = 0; k <= horizon; ++k) {
     Knot& knot = knots_[static_cast<std::size_t>(k)];
     knot.variable.assign(static_cast<std::size_t>(problem_.nz()), -1);
-    for (const BlockInfo& b : problem_.blocks()) {
-      const bool exists = b.is_state ? k > 0 : k < horizon;
-      for (int i = 0; exists && i < b.size; ++i)
-        knot.variable[static_cast<std::size_t>(b.offset + i)] = variables_++;
+    const std::vector<Role>& role = rows.shape(k).signature.role;
+    for (std::size_t b = 0; b < role.size(); ++b) {
+      const BlockInfo& block = problem_.blocks()[b];
+      const bool exists = block.is_state ? k > 0 : role[b] != Role::Absent;
+      for (int i = 0; exists && i < block.size; ++i)
+        knot.variable[static_cast<std::size_t>(block.offset + i)] = variables_++;
     }
   }
   first_slack_ = variables_;
@@ -94,6 +95,7 @@ void Nlp::lay_out(Transcription& rows, bool penalize) {
     auto size = [](std::vector<double>& v, int n) { v.assign(static_cast<std::size_t>(n), 0.0); };
     if (running) {
       size(knot.next_state, problem_.nx());
+      knot.side.assign(static_cast<std::size_t>(problem_.nx()), 1.0);
       size(knot.dd, f.result(4).nnz());
       size(knot.multiplier_d, problem_.nx());
     }
@@ -115,6 +117,22 @@ void Nlp::lay_out(Transcription& rows, bool penalize) {
   slack_values_.assign(static_cast<std::size_t>(variables_ - first_slack_), 0.0);
 }
 
+/// Which of q and -q every quaternion's dynamics lead to: that on the side of the guess.
+void Nlp::choose_sides() {
+  for (std::size_t k = 0; k + 1 < knots_.size(); ++k) {
+    const RowMatrix& z = trajectory_;
+    const double* d = knots_[k].next_state.data();
+    double* side = knots_[k].side.data();
+    for (const BlockInfo& b : problem_.states()) {
+      const auto guessed = z.row(static_cast<Eigen::Index>(k) + 1).segment(b.offset, b.size);
+      const Eigen::Map<const Eigen::RowVectorXd> value(d, b.size);
+      if (b.is_quaternion && guessed.dot(value) < 0.0) std::fill_n(side, b.size, -1.0);
+      d += b.size;
+      side += b.size;
+    }
+  }
+}
+
 // ---- evaluation -------------------------------------------------------------------------------
 
 void Nlp::scatter(const Number* x) {
@@ -128,6 +146,11 @@ void Nlp::scatter(const Number* x) {
 void Nlp::refresh(const Number* x, bool new_x) {
   if (!new_x) return;
   scatter(x);
+  evaluate_knots();
+}
+
+/// Values and Jacobians along the trajectory.
+void Nlp::evaluate_knots() {
   FunctionWorkspace& w = workspace_;
   for (std::size_t k = 0; k < knots_.size(); ++k) {
     Knot& knot = knots_[k];
@@ -187,7 +210,8 @@ bool Nlp::eval_g(Index, const Number* x, bool new_x, Index, Number* g) {
     if (knot.dynamics_row >= 0)
       for (std::size_t i = 0; i < state_entries_.size(); ++i)
         g[knot.dynamics_row + static_cast<Index>(i)] =
-            knot.next_state[i] - trajectory_(static_cast<Eigen::Index>(k) + 1, state_entries_[i]);
+            knot.next_state[i] -
+            knot.side[i] * trajectory_(static_cast<Eigen::Index>(k) + 1, state_entries_[i]);
     for (std::size_t i = 0; i < knot.equality.size(); ++i)
       g[knot.equality_row + static_cast<Index>(i)] =
           knot.g[static_cast<std::size_t>(knot.equality[i])];
@@ -230,7 +254,7 @@ void Nlp::visit_jacobian(Emit emit) const {
       visit(f.result(4), knot.dd, knot.variable, all, knot.dynamics_row);
       for (std::size_t i = 0; i < state_entries_.size(); ++i)
         emit(knot.dynamics_row + static_cast<Index>(i),
-             knots_[k + 1].variable[static_cast<std::size_t>(state_entries_[i])], -1.0);
+             knots_[k + 1].variable[static_cast<std::size_t>(state_entries_[i])], -knot.side[i]);
     }
     visit(f.result(first + 1), knot.dg, knot.variable, knot.equality, knot.equality_row);
     visit(f.result(first + 2), knot.dh, knot.variable, knot.inequality, knot.inequality_row);

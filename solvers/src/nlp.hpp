@@ -17,9 +17,12 @@ struct Ipopt::Functions {
 
 /// The whole-horizon nonlinear program that Ipopt sees, in ambient coordinates:
 ///
-///   variables   z_k without the measured x_0 and without inputs at knot N; one t per penalised row
+///   variables   z_k without the known x_0 and absent blocks; one t per penalised row
 ///   minimise    sum of stage costs + sum S(t)
-///   subject to  d(z_k) - x_{k+1} = 0, g = 0, c = 0, h <= 0 (hard rows), h - t = 0 (penalised rows)
+///   subject to  d(z_k) - s x_{k+1} = 0, g = 0, c = 0, h <= 0 (hard rows), h - t = 0 (penalised)
+///
+/// where g and c hold what roles and charts say, and s is -1 where a quaternion of the guess lies
+/// on the other side than its dynamics: q and -q are one orientation, and each keeps its side.
 class Nlp : public ::Ipopt::TNLP {
  public:
   Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions, Transcription& rows,
@@ -42,6 +45,7 @@ class Nlp : public ::Ipopt::TNLP {
     Index equality_row = 0, inequality_row = 0, link_row = 0;
     // values
     std::vector<double> next_state, g, h, c;
+    std::vector<double> side;  // [nx] of the next state: s of the rows above
     double cost = 0.0;
     std::vector<double> dd, dcost, dg, dh, dc_previous, dc, hessian, link_hessian;
     std::vector<double> multiplier_d, multiplier_g, multiplier_h, multiplier_c;
@@ -66,7 +70,9 @@ class Nlp : public ::Ipopt::TNLP {
                          ::Ipopt::IpoptCalculatedQuantities* quantities) override;
 
   void lay_out(Transcription& rows, bool penalize);
+  void choose_sides();
   void refresh(const Number* x, bool new_x);
+  void evaluate_knots();
   void scatter(const Number* x);
   /// Visits every Jacobian entry in a fixed order: emit(row, column, value).
   template <typename Emit>

@@ -10,22 +10,29 @@ from palanquin import quaternion
 from palanquin.errors import ProblemError
 from palanquin.lowering.knot import Knot, pruned
 from palanquin.problem import Block, Problem
+from palanquin.terms import Dynamics
 
 
 def next_state(problem: Problem) -> ca.SX:
-    """Ambient next value of all states, d(z, x+, p)."""
+    """Ambient next value of all states, d(z, x+, p); quaternions stated by value are normalised."""
     values = []
     for block in problem.blocks:
         if not block.is_state:
             continue
         dynamics = problem.dynamics_of(block)
         if not dynamics.is_increment:
-            values.append(dynamics.expression)
+            values.append(stated_value(block, dynamics))
         elif block.is_quaternion:
             values.append(quaternion.multiply(block.symbol, quaternion.exp(dynamics.expression)))
         else:
             values.append(block.symbol + dynamics.expression)
     return ca.vertcat(*values)
+
+
+def stated_value(block: Block, dynamics: Dynamics) -> ca.SX:
+    """The next value that a problem states, on the block's manifold."""
+    value = dynamics.expression
+    return value / ca.norm_2(value) if block.is_quaternion else value
 
 
 def explicit_next_state(problem: Problem) -> ca.SX:
@@ -98,7 +105,9 @@ def state_jacobians(problem: Problem, knot: Knot) -> tuple[ca.SX, ca.SX]:
                     own[:, offset : offset + block.size] = ca.SX.eye(block.size)
                 jac = own + jac
             elif block.is_quaternion:
-                to_tangent = 4 * quaternion.tangent_map(source).T
+                # With d = value / |value|, the tangent at d of a change of the value is
+                # 2 vec(conj(d) change) / |value|: what lies along d changes no orientation.
+                to_tangent = 4 * quaternion.tangent_map(source).T / ca.sumsqr(source)
                 jac, jac_next = to_tangent @ jac, to_tangent @ jac_next
             rows.append(jac)
             rows_next.append(jac_next)
