@@ -16,24 +16,33 @@ import casadi as ca
 
 from palanquin import policies
 from palanquin.errors import ProblemError
-from palanquin.terms import Block, Expression, Role, RowGroup
+from palanquin.terms import Block, Chart, Expression, Role, RowGroup
 
 
-def role_rows(block: Block) -> list[RowGroup]:
-    """Rows that a block's role and chart state, each active where they do."""
-    if block.is_state:
-        return []
-    rows = []
-    if not block.role.is_constant() or float(block.role) == Role.CARRIED:
-        kept = block.symbol - block.previous_symbol
-        rows.append(_implied(f"{block.name}.carried", "link", kept, block.role == Role.CARRIED))
-    if block.chart is not None and block.chart.coordinates < block.size:
-        begins = ca.logic_or(block.role == Role.INPUT, block.role == Role.LOCAL)
-        y = block.symbol[: block.chart.coordinates]
-        off_surface = (block.symbol - embedded(block, y))[block.chart.coordinates :]
-        active = ca.logic_and(ca.SX(block.chart.active) != 0, begins)
-        rows.append(_implied(f"{block.name}.chart", "equality", off_surface, active))
-    return rows
+def role_rows(blocks: list[Block], kind: str) -> list[RowGroup]:
+    """Rows of a kind that the blocks' roles and charts state, each active where they do."""
+    if kind == "link":
+        return [_carried(b) for b in blocks if _may_be_carried(b)]
+    if kind == "equality":
+        return [_charted(b, b.chart) for b in blocks if b.chart and b.chart.coordinates < b.size]
+    return []
+
+
+def _may_be_carried(block: Block) -> bool:
+    return not block.role.is_constant() or float(block.role) == Role.CARRIED
+
+
+def _carried(block: Block) -> RowGroup:
+    kept = block.symbol - block.previous_symbol
+    return _implied(f"{block.name}.carried", "link", kept, block.role == Role.CARRIED)
+
+
+def _charted(block: Block, chart: Chart) -> RowGroup:
+    y = block.symbol[: chart.coordinates]
+    off_surface = (block.symbol - embedded(block, y))[chart.coordinates :]
+    begins = ca.logic_or(block.role == Role.INPUT, block.role == Role.LOCAL)
+    active = ca.logic_and(ca.SX(chart.active) != 0, begins)
+    return _implied(f"{block.name}.chart", "equality", off_surface, active)
 
 
 def embedded(block: Block, y: Expression) -> Expression:

@@ -24,8 +24,8 @@ def groups_at(problem: Problem, kind: str, at: str) -> list[RowGroup]:
     Those that the problem states, in order of statement, then those that its blocks' roles and
     charts imply.
     """
-    implied = [r for b in problem.blocks for r in role_rows(b)]
-    return [r for r in [*problem.rows, *implied] if r.kind == kind and r.at in (at, "all")]
+    stated = [r for r in problem.rows if r.kind == kind and r.at in (at, "all")]
+    return stated + (role_rows(problem.blocks, kind) if at == "running" else [])
 
 
 def stacked_rows(problem: Problem, kind: str, at: str) -> ca.SX:
