@@ -59,6 +59,6 @@ def linked_blocks(problem: Problem, instance: Instance) -> list[Block]:
     groups = lowering.groups_at(problem, "link", "running")
     p = ca.vertcat(*(q.symbol for q in problem.parameters))
     flags = ca.Function("flags", [p], [ca.vertcat(*(g.active for g in groups), ca.SX(0, 1))])
-    active = np.asarray(flags(instance.params.values.T)).any(axis=1)
-    rows = ca.vertcat(*(g.expression for g, on in zip(groups, active, strict=True) if on))
+    active = np.asarray(flags(instance.params.values.T))
+    rows = ca.vertcat(*(g.expression for g, on in zip(groups, active, strict=True) if on.any()))
     return [b for b in problem.blocks if ca.depends_on(rows, b.previous_symbol)]
