@@ -20,7 +20,7 @@ from palanquin import quaternion
 from palanquin.benchmarks.peers import penalties
 from palanquin.lowered import NamedArray
 from palanquin.policies import Hard, Policy
-from palanquin.problem import Block, Problem, Role, RowGroup
+from palanquin.problem import Block, Problem, Role
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,7 @@ def _terms(
             cost += e if term.weight is None else ca.dot(term.weight, e**2)
     equalities, inequalities = [], []
     for rows in problem.rows:
-        if rows.at not in (at, "all") or _is_implied(rows):
+        if rows.at not in (at, "all"):
             continue
         if rows.kind != "inequality":
             equalities.append((rows.expression, rows.active))
@@ -247,11 +247,6 @@ def _terms(
             value = penalties.value(replace(rows, policy=policy), rows.expression)
             cost += rows.active * ca.sum1(value)
     return cost, equalities, inequalities
-
-
-def _is_implied(rows: RowGroup) -> bool:
-    """Whether roles and charts hold the rows: they are judged by those themselves."""
-    return bool(getattr(rows, "implied", False))
 
 
 def _dynamics(problem: Problem) -> list[ca.SX]:

@@ -8,7 +8,8 @@ from palanquin.benchmarks.suites.certificate import KktError
 
 COST_TOLERANCE = 1e-6  # relative to the reference or to 1
 FEASIBLE = 1e-6
-STATIONARY = 1e-4  # a point with more has not converged, whatever its status
+STATIONARY = 1e-4  # of a certified point
+LOOSE = 1e-3  # a point with more has not converged, whatever its status
 
 
 class Verdict(StrEnum):
@@ -17,7 +18,7 @@ class Verdict(StrEnum):
     OPTIMAL = "optimal"
     """Converged to the reference cost or below, and certified."""
     DEARER = "dearer"
-    """Converged and certified, but dearer than the reference: another optimum, or a loose one."""
+    """Converged, but dearer than the reference: another optimum, or one that is met loosely."""
     NOT_SAID = "not said"
     """A certified point that the status does not call converged."""
     FAILED = "failed"
@@ -57,19 +58,25 @@ def judge(
     """
     if status == "not taken":
         return Verdict.NOT_TAKEN
-    is_certified = error is not None and (
-        error.stationarity <= STATIONARY and max(error.equality, error.inequality) <= FEASIBLE
-    )
     if status == "converged":
-        if not is_certified:
+        if not _is_kkt(error, LOOSE):
             return Verdict.WRONG_CONVERGED
-        return Verdict.OPTIMAL if is_at(cost, reference) else Verdict.DEARER
-    if is_certified:
+        is_optimal = _is_kkt(error, STATIONARY) and is_at(cost, reference)
+        return Verdict.OPTIMAL if is_optimal else Verdict.DEARER
+    if _is_kkt(error, STATIONARY):
         return Verdict.NOT_SAID
     if status != "infeasible":
         return Verdict.FAILED
     is_stuck = slope is not None and slope <= STATIONARY
     return Verdict.STUCK if is_stuck else Verdict.WRONG_INFEASIBLE
+
+
+def _is_kkt(error: KktError | None, stationary: float) -> bool:
+    return (
+        error is not None
+        and error.stationarity <= stationary
+        and max(error.equality, error.inequality) <= FEASIBLE
+    )
 
 
 def is_at(cost: float, reference: float | None) -> bool:

@@ -56,7 +56,6 @@ class Hopper(Ocp):
         force = problem.variable("force", 3, role=ca.if_else(stance, Role.INPUT, Role.ABSENT))
         problem.dynamics(v, increment=problem.dt * (force / 1.5 - ca.DM([0, 0, GRAVITY])))
         problem.dynamics(p, increment=problem.dt * problem.next(v))
-        self._state_contacts(problem, foot, force, stance, stood)
 
         goal = problem.parameter("goal", 3)
         problem.residual("position", p - goal, weight=20.0, at="all")
@@ -72,17 +71,6 @@ class Hopper(Ocp):
     def height(self, xy: ca.SX) -> ca.SX:
         """z_g(x, y)."""
         return 0.05 * ca.sin(3 * xy[0]) + 0.1 * xy[1] ** 2
-
-    def _state_contacts(
-        self, problem: Problem, foot: ca.SX, force: ca.SX, stance: ca.SX, stood: ca.SX
-    ) -> None:
-        """The roles once more as rows, for the unreduced form."""
-        off_ground = foot[2] - self.height(foot)
-        lands = stance * (1 - stood)
-        problem.equality("touchdown", off_ground, active=lands, implied=True)
-        problem.equality("no_force", force, active=1 - stance, implied=True)
-        slip = foot - problem.previous(foot)
-        problem.link("no_slip", slip, active=stance * stood, implied=True)
 
     def fill(self, parameters: NamedArray, measured: NamedArray) -> None:
         """Contacts and the line to follow."""

@@ -35,17 +35,13 @@ def free_constant(problem: Problem, name: str, lower: float, upper: float) -> ca
     first = first_knot(problem)
     value = problem.variable(name, 1, role=ca.if_else(first, Role.INPUT, Role.CARRIED))
     bounds(problem, name, value, lower, upper, active=first)
-    held = value - problem.previous(value)
-    problem.link(f"{name}.held", held, active=1 - first, implied=True)
     return value
 
 
 def at_first_knot(problem: Problem, name: str, size: int) -> ca.SX:
     """An input that exists at the first knot alone, for an initial state that is free."""
     first = first_knot(problem)
-    value = problem.variable(name, size, role=ca.if_else(first, Role.INPUT, Role.ABSENT))
-    problem.equality(f"{name}.absent", value, active=1 - first, implied=True)
-    return value
+    return problem.variable(name, size, role=ca.if_else(first, Role.INPUT, Role.ABSENT))
 
 
 def free_duration(problem: Problem, lower: float, upper: float) -> ca.SX:
