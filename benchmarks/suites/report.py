@@ -15,6 +15,7 @@ from palanquin.benchmarks.suites.verdict import MARKS, Verdict
 from palanquin.benchmarks.tables import print_machine
 
 Row = dict[str, Any]
+_FEW = 5  # starts that tables show one by one
 _GOOD = (Verdict.OPTIMAL, Verdict.DEARER)
 LEGEND = ", ".join(f"{mark} {verdict}" for verdict, mark in MARKS.items())
 
@@ -62,7 +63,8 @@ def _verdict_table(rows: list[Row]) -> Table:
     """A mark for each start, in their order, and the most iterations of those that converged."""
     solvers = _solvers(rows)
     starts = list(dict.fromkeys(row["start"] for row in rows))
-    table = Table("problem", box=None, title=f"by solver; starts: {', '.join(starts)}")
+    names = ", ".join(starts) if len(starts) <= _FEW else f"{len(starts)}, counted"
+    table = Table("problem", box=None, title=f"by solver; starts: {names}")
     for number in range(1, len(solvers) + 1):
         table.add_column(str(number), no_wrap=True)
     for problem in dict.fromkeys(row["problem"] for row in rows):
@@ -70,10 +72,17 @@ def _verdict_table(rows: list[Row]) -> Table:
         for solver in solvers:
             mine = [r for r in rows if r["problem"] == problem and r["solver"] == solver]
             counts = [r["iterations"] for r in mine if r["verdict"] in _GOOD]
-            marks = "".join(MARKS[Verdict(r["verdict"])] for r in mine)
+            marks = _marks([Verdict(r["verdict"]) for r in mine])
             cells.append(f"{marks} {max(counts)}" if counts else marks)
         table.add_row(problem, *cells)
     return table
+
+
+def _marks(verdicts: list[Verdict]) -> str:
+    """One mark after the other where there are few, else how many there are of each."""
+    if len(verdicts) <= _FEW:
+        return "".join(MARKS[v] for v in verdicts)
+    return " ".join(f"{n}{MARKS[v]}" for v, n in Counter(verdicts).most_common())
 
 
 def _count_table(rows: list[Row]) -> Table:

@@ -15,7 +15,7 @@ from palanquin.benchmarks.suites.certificate import KktError, kkt_error, violati
 from palanquin.benchmarks.suites.references import References
 from palanquin.benchmarks.suites.solvers import Answer, Solver
 from palanquin.benchmarks.suites.stated_program import StatedProgram
-from palanquin.benchmarks.suites.verdict import judge
+from palanquin.benchmarks.suites.verdict import excess, judge
 from palanquin.problem import Problem
 from palanquin.problems.collection import Ocp, Start
 
@@ -91,6 +91,7 @@ def _judged(
         if at.is_finite:
             error = kkt_error(at)
             row |= {"cost": at.cost, **asdict(error)}
+            row["excess"] = None if reference is None else excess(at.cost, reference)
             if answer.status == "infeasible":
                 row["violation_slope"] = slope = violation_slope(at)
     row["verdict"] = str(judge(answer.status, error, row["cost"] or 0.0, reference, slope))

@@ -81,4 +81,9 @@ def _is_kkt(error: KktError | None, stationary: float) -> bool:
 
 def is_at(cost: float, reference: float | None) -> bool:
     """Whether a cost is the reference's or below; without a reference every cost is."""
-    return reference is None or cost <= reference + COST_TOLERANCE * max(1.0, abs(reference))
+    return reference is None or excess(cost, reference) <= COST_TOLERANCE
+
+
+def excess(cost: float, reference: float) -> float:
+    """How far a cost is above the reference, relative to it or to 1."""
+    return (cost - reference) / max(1.0, abs(reference))

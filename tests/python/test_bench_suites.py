@@ -131,6 +131,7 @@ def test_the_suite_runs_resumes_and_reports(tmp_path, session_cache, monkeypatch
         if row["verdict"] != Verdict.NOT_TAKEN:
             assert row["verdict"] == Verdict.OPTIMAL
             assert row["stationarity"] < 1e-4
+            assert row["excess"] == pytest.approx(0, abs=1e-6)
     assert {p.name for p in out.glob("*.png")} == {
         "profile-iterations.png",
         "profile-milliseconds.png",
