@@ -109,13 +109,13 @@ def number_of_ticks(duration: float, period: float) -> int:
     for name, value in (("duration", duration), ("period", period)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{name}: {value} s must be positive and finite")
-    ticks = round(duration / period)
-    if not 1 <= ticks <= MOST_TICKS:
+    periods = duration / period
+    if not 0.5 < periods < MOST_TICKS + 0.5:
         raise InputError(
-            f"duration: {duration} s has {ticks} periods of {period} s; "
+            f"duration: {duration} s has {np.rint(periods):g} periods of {period:g} s; "
             f"it must have from 1 to {MOST_TICKS}"
         )
-    return ticks
+    return round(periods)
 
 
 def landed_feet(plan: TeamPlan, feet: np.ndarray) -> np.ndarray:
@@ -129,11 +129,15 @@ def feet_after(planner: Planner, plan: TeamPlan, feet: np.ndarray, time: float) 
 
     A foot that lands at the tick itself is still free, and gets its foothold from the next plan.
     """
-    standing = planner.contacts(np.array([time - 1e-3 * planner.dt]))[0]
-    landed = standing & ~plan.contacts[0]
-    first = np.minimum(1 + plan.contacts[1:].argmax(axis=0), planner.horizon - 1)
-    footholds = np.take_along_axis(plan.feet, first[None, ..., None], axis=0)[0]
-    return np.where(landed[..., None], footholds, feet)
+    just_before = time - 1e-3 * planner.dt
+    standing = planner.contacts(np.array([just_before]))[0]
+    last = min(int((just_before - plan.time) / planner.dt), planner.horizon - 1)
+    stood = plan.contacts[: last + 1].all(axis=0)
+    # A foot that lands after the last knot has its foothold at the next one at which it stands.
+    following = np.minimum(last + 1 + plan.contacts[last + 1 :].argmax(axis=0), planner.horizon - 1)
+    knots = np.where(plan.contacts[last], last, following)
+    footholds = np.take_along_axis(plan.feet, knots[None, ..., None], axis=0)[0]
+    return np.where((standing & ~stood)[..., None], footholds, feet)
 
 
 def begin_tick(planner: Planner, director: Director, time: float, period: float) -> Orders:
@@ -161,18 +165,34 @@ def nominal_step(
     period: float,
     wrenches: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Bodies [R+1, 13] after `period` under the plan's first inputs (eq. 4) and `wrenches`
-    [R+1, 6] (force and torque, world) that disturb them; none unless told.
+    """Bodies [R+1, 13] after `period` (s, at most the horizon's length) under the plan's inputs, an
+    Euler step (4) for each interval that it begins, and under `wrenches` [R+1, 6] (force, torque,
+    world) that disturb them; none unless told.
     """
     columns = planner.columns
-    knot, parameters = plan.plan.xs[0].copy(), planner.params.copy()
-    knot[columns.bodies], knot[columns.feet] = state.bodies, state.feet
-    parameters["dt"] = period
+    parameters = planner.params.copy()
     for b, body in enumerate(planner.team.bodies):
         wrench = np.zeros(6) if wrenches is None else wrenches[b]
         parameters[f"{body}.external_force"] = wrench[:3]
         parameters[f"{body}.external_torque"] = wrench[3:]
-    return planner.lowered.step(knot, parameters.values[0])[columns.bodies]
+    bodies = state.bodies
+    for k, length in enumerate(_intervals(planner, period)):
+        knot = plan.plan.xs[k].copy()
+        knot[columns.bodies] = bodies
+        if k == 0:
+            knot[columns.feet] = state.feet
+        parameters["dt"] = length
+        bodies = planner.lowered.step(knot, parameters.values[k])[columns.bodies]
+    return bodies
+
+
+def _intervals(planner: Planner, period: float) -> Iterator[float]:
+    """How long the inputs of each of the plan's intervals act within a `period`, s."""
+    for k in range(planner.horizon):
+        length = min(planner.dt, period - k * planner.dt)
+        if k > 0 and length < 1e-9 * planner.dt:
+            return
+        yield length
 
 
 def _log(builder: RolloutBuilder, tick: Tick) -> None:

@@ -292,7 +292,9 @@ class Planner:
         solve_ms = 1e3 * (clock.perf_counter() - task.started)
         self._failures = 0 if plan.is_usable else self._failures + 1
         now, events = task.now, task.events + plan_events(plan, task.now.time)
-        self._last = TeamPlan(plan, now.references, now.contacts, solve_ms, self.columns, events)
+        self._last = TeamPlan(
+            plan, now.references, now.contacts, solve_ms, self.columns, events, now.time
+        )
         self._planned_at = task.now.time
         return self._last
 

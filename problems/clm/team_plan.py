@@ -34,6 +34,7 @@ class TeamPlan:
             solver's own is in `plan.timings_ms`.
         columns: where the team stands in the plan's knot vectors.
         events: what went otherwise than by full steps.
+        time: of the first knot, s.
     """
 
     plan: Plan
@@ -42,6 +43,7 @@ class TeamPlan:
     solve_ms: float
     columns: Columns = field(repr=False)
     events: tuple[Event, ...] = ()
+    time: float = 0.0
 
     @property
     def bodies(self) -> np.ndarray:
