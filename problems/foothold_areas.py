@@ -23,6 +23,7 @@ from palanquin.problems.terrains import Terrain
 _TREND_SPACING = 0.05  # m
 _CELL = 0.05  # of the grid that says which areas are near, m
 _NEAR = 6  # so many
+_MOST_CELLS = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +129,13 @@ class FootholdAreas(Terrain):
                 raise ProblemError(
                     f"areas[{i}] is too small for footholds {self.margin} m from all its sides"
                 )
+        corners = np.concatenate([area.corners for area in self.areas])
+        length, width = np.ptp(corners, axis=0)
+        if length * width > _MOST_CELLS * _CELL**2:
+            raise ProblemError(
+                f"areas: they lie {length:.4g} m x {width:.4g} m apart; at most "
+                f"{_MOST_CELLS * _CELL**2:.0f} m^2 are possible"
+            )
 
     def parameters(self) -> Mapping[str, np.ndarray]:
         """None that all feet share."""
@@ -158,6 +166,10 @@ class FootholdAreas(Terrain):
     def has_gaps(self) -> bool:
         """True: only areas may be stepped on."""
         return True
+
+    def outside(self, points: np.ndarray) -> np.ndarray:
+        """By how much points [..., >= 2] miss the nearest area's sides, m; at most 0 inside."""
+        return np.asarray(self._excess(self._near(points), points).min(axis=-1)) - self.margin
 
     def nearest(self, points: np.ndarray) -> np.ndarray:
         """Footholds [..., 3] in the areas nearest to points [..., 3], distances seen from above."""

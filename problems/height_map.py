@@ -25,9 +25,13 @@ from numpy.typing import ArrayLike
 from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.terrains import Terrain
+from palanquin.schema import LARGEST
 
 TREND_WIDTH = 0.25
 """Standard deviation of the smoothing that gives the ground as bodies follow it, m."""
+
+MOST_SAMPLES = 4096
+"""Along each axis; the spline solves a dense system of so many equations."""
 
 # (1, t, t^2, t^3) times these give B at the nodes -1, 0, 1, 2 of a cell, and its derivatives.
 _SPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
@@ -161,13 +165,18 @@ def checked_samples(heights: ArrayLike) -> np.ndarray:
             f"height map: samples have shape {samples.shape}; at least 2 rows and 2 columns are "
             "needed"
         )
-    bad = np.argwhere(~np.isfinite(samples))
+    if max(samples.shape) > MOST_SAMPLES:
+        raise ProblemError(
+            f"height map: samples have shape {samples.shape}; at most {MOST_SAMPLES} along each "
+            "axis are possible"
+        )
+    bad = np.argwhere(~(np.abs(samples) <= LARGEST))
     if len(bad):
         row, column = bad[0]
         more = f", and {len(bad) - 1} more are bad" if len(bad) > 1 else ""
         raise ProblemError(
             f"height map: row {row}, column {column} is {samples[row, column]}{more}; a map must "
-            "have no holes: fill them first"
+            f"have no holes: fill them first, with magnitudes of at most {LARGEST:g}"
         )
     return samples
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from palanquin.errors import ProblemError
 from palanquin.problems import foothold_courses
@@ -15,7 +15,7 @@ from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
 from palanquin.problems.height_map import HeightMap
 from palanquin.problems.height_map_files import SUFFIXES, read_heights
 from palanquin.problems.terrains import Terrain
-from palanquin.schema import Finite, NonNegative, Positive, Strict
+from palanquin.schema import Finite, NonNegative, Positive, Seed, Strict
 
 Pair = Annotated[tuple[Finite, Finite], Field(strict=False)]
 Row = Annotated[tuple[float, ...], Field(strict=False)]
@@ -73,7 +73,7 @@ class StonesKind(RoughKind):
     """A field of uneven stepping stones along x between two pieces of level ground."""
 
     type: Literal["stones"]
-    seed: Annotated[int, Field(ge=0)] = Field(0, description="of places, heights and headings")
+    seed: Seed = Field(0, description="of places, heights and headings")
     length: Positive = Field(3.0, description="of the field along x, m")
     start: Finite = Field(0.5, description="x at which it begins, m")
     width: Positive = Field(2.4, description="along y, about y = 0, m")
@@ -141,7 +141,11 @@ class HeightMapKind(RoughKind):
     """A height map from a file, or from samples in place."""
 
     type: Literal["height_map"]
-    file: str = Field("", description=f"one of {', '.join(SUFFIXES)}; see `read_heights`")
+    file: str = Field(
+        "",
+        description=f"one of {', '.join(SUFFIXES)}; a relative path counts from the folder of the "
+        "file that names it; see `read_heights`",
+    )
     heights: Annotated[tuple[Row, ...], Field(strict=False)] = Field(
         (), description="samples, m, instead of a file; a row along y holds samples along x"
     )
@@ -149,6 +153,12 @@ class HeightMapKind(RoughKind):
     spacing: Positive = Field(0.05, description="between neighbouring samples, m")
     black: Finite = Field(0.0, description="height that a picture's darkest grey stands for, m")
     white: Finite = Field(1.0, description="height that its brightest grey stands for, m")
+
+    @field_validator("file")
+    @classmethod
+    def _resolve(cls, file: str, info: ValidationInfo) -> str:
+        folder = Path((info.context or {}).get("folder", ""))
+        return str(folder.absolute() / file) if file else ""
 
     def build(self) -> Terrain:
         """The map."""
@@ -161,4 +171,7 @@ class HeightMapKind(RoughKind):
             if len(sizes) > 1:
                 raise ProblemError(f"height map: rows have {sizes} samples; all need as many")
             samples = np.array(self.heights)
-        return HeightMap(samples, self.origin, self.spacing)
+        try:
+            return HeightMap(samples, self.origin, self.spacing)
+        except ProblemError as error:
+            raise ProblemError(f"{self.file}: {error}" if self.file else str(error)) from error

@@ -98,7 +98,7 @@ class Case(Strict):
     """
 
     name: str = "case"
-    N: Annotated[int, Field(ge=1)]
+    N: Annotated[int, Field(ge=1, le=1000)]
     dt: Positive
     robots: Annotated[list[RobotPart], Field(min_length=1)]
     payload: PayloadPart

@@ -11,12 +11,12 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from palanquin.problems.case_files import Array, parsed, read_case, require_shape
+from palanquin.problems.case_files import Array, as_array, parsed, read_case, require_shape
 from palanquin.problems.layered.bar import Bar
 from palanquin.problems.layered.interconnected import A1_MASS, TRUNK_INERTIA, Team
 from palanquin.problems.layered.planner import Desired, RobotStates
 from palanquin.problems.layered.settings import PRINTED, LayeredSettings
-from palanquin.schema import NonNegative, Positive, Strict
+from palanquin.schema import Finite, NonNegative, Positive, Strict, shown
 
 # A rotation may be this far from orthogonal; further off it is an error.
 _ORTHOGONAL_TOLERANCE = 1e-3
@@ -26,15 +26,15 @@ _UNBOUNDED = 1e9  # N: the paper's normal forces have no upper bound
 
 def _diagonal(value: Any) -> Any:
     """A weight on three axes: one number for all, three, or a diagonal matrix."""
-    entries = np.asarray(value, dtype=float) if isinstance(value, list | int | float) else None
-    if entries is None or isinstance(value, bool):
-        raise ValueError(f"is {value!r}; a number, three numbers or a diagonal matrix is needed")
+    if not isinstance(value, list | int | float | np.ndarray) or isinstance(value, bool):
+        raise ValueError(f"is {shown(value)}; a number, [3] or a diagonal matrix is needed")
+    entries = as_array(value)
     if entries.shape == (3, 3) and not (entries - np.diag(np.diag(entries))).any():
         entries = np.diag(entries)
     if entries.shape not in ((), (3,)):
         raise ValueError(f"has shape {list(entries.shape)}; a number or [3] is needed")
-    if not (np.isfinite(entries).all() and (entries >= 0).all()):
-        raise ValueError(f"is {value}; it must be finite and not negative")
+    if (entries < 0).any():
+        raise ValueError(f"is {shown(entries.tolist())}; no entry may be negative")
     return np.broadcast_to(entries, 3)
 
 
@@ -55,7 +55,7 @@ class Parameters(Strict):
     I: Weight = np.array(TRUNK_INERTIA)  # noqa: E741  (the file's key)
     d: Annotated[Array, _shaped(3)] = np.array([0.0, 0.0, 0.15])
     mu: Positive = PRINTED.friction
-    N: Annotated[int, Field(ge=1)] = PRINTED.horizon
+    N: Annotated[int, Field(ge=1, le=1000)] = PRINTED.horizon
     dt: Positive = PRINTED.dt
     Q_r: Weight = np.array(PRINTED.position)
     Q_v: Weight = np.array(PRINTED.velocity)
@@ -138,7 +138,7 @@ class LayeredCase(Strict):
     par: Parameters = Parameters()
     state: State
     u_prev: Annotated[Array, _shaped(24)]
-    lam_prev: Annotated[float, Field(allow_inf_nan=False)]
+    lam_prev: Finite
 
     def team(self) -> Team:
         """The robots and their bar."""

@@ -6,19 +6,42 @@ from collections.abc import Iterator
 from typing import Annotated, Any
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
-    FiniteFloat,
-    NonNegativeFloat,
-    PositiveFloat,
     ValidationError,
     model_validator,
 )
 
-Positive = Annotated[PositiveFloat, Field(allow_inf_nan=False)]
-NonNegative = Annotated[NonNegativeFloat, Field(allow_inf_nan=False)]
-Finite = FiniteFloat
+LARGEST = 1e12
+"""Magnitude of numbers in files, in whatever unit: their squares and products are finite."""
+
+SMALLEST = 1e-12
+"""Of positive numbers in files, so that one can divide by them."""
+
+
+def _require_size(value: float) -> float:
+    if abs(value) > LARGEST:
+        raise ValueError(f"is {value!r}; its magnitude must be at most {LARGEST:g}")
+    return value
+
+
+def _require_divisor(value: float) -> float:
+    if value < SMALLEST:
+        raise ValueError(f"is {value!r}; it must be at least {SMALLEST:g}")
+    return _require_size(value)
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_require_size)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False), AfterValidator(_require_size)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False), AfterValidator(_require_divisor)]
+
+LAST_SEED = 2**31 - 1
+Seed = Annotated[int, Field(ge=0, le=LAST_SEED)]
+"""Of random draws; every generator takes it."""
+
+_LONGEST_SHOWN = 60
 
 Path = tuple[str | int, ...]
 """Where in nested data a value stands: keys and indices from the outermost inwards."""
@@ -38,7 +61,7 @@ class Strict(BaseModel):
             unknown = sorted(set(map(str, data)) - set(cls.model_fields))
             if unknown:
                 raise ValueError(
-                    f"unknown key {', '.join(map(repr, unknown))}; "
+                    f"unknown key {', '.join(map(shown, unknown))}; "
                     f"valid keys are {', '.join(cls.model_fields)}"
                 )
         return data
@@ -78,9 +101,15 @@ def _message(fault: Any) -> str:
         return "is missing"
     if kind == "union_tag_invalid":
         known = fault["ctx"]["expected_tags"].replace("'", "")
-        return f"type {fault['ctx']['tag']!r} is unknown; there are {known}"
+        return f"type {shown(fault['ctx']['tag'])} is unknown; there are {known}"
     if kind == "union_tag_not_found":
         return "type is missing"
     if kind != "value_error" and not isinstance(value, dict | list):
-        return f"is {value!r}; {message[0].lower()}{message[1:]}"
+        return f"is {shown(value)}; {message[0].lower()}{message[1:]}"
     return message
+
+
+def shown(value: Any) -> str:
+    """A value as messages show it: not at any length."""
+    text = repr(value)
+    return text if len(text) <= _LONGEST_SHOWN else f"{text[:_LONGEST_SHOWN]}..."

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.error import MarkedYAMLError
 
 from palanquin import schema
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.scenario import Scenario
+from palanquin.sim.scenarios.vectors import LONGEST_NAME
+from palanquin.user_files import read_text
+
+_MOST_VALUES = 1_000_000
 
 
 class ScenarioError(InputError):
@@ -31,7 +36,7 @@ class ScenarioFile:
         data = _plain(self._path, self._document)
         if not isinstance(data, dict):
             raise ScenarioError(f"{path}: a mapping with keys such as `robots` is needed")
-        self._data = {"name": self._path.stem, **data}
+        self._data = {"name": _name_from(self._path.stem), **data}
 
     def scenario(self) -> Scenario:
         """The scenario; raises ScenarioError that lists every fault."""
@@ -58,6 +63,8 @@ def line_of(document: Any, path: schema.Path) -> int:
     line = 1
     for step in path:
         if isinstance(document, CommentedMap) and step in document:
+            if step not in document.lc.data:  # merged in from an anchor (<<)
+                break
             line = 1 + document.lc.key(step)[0]
         elif isinstance(document, CommentedSeq) and isinstance(step, int) and step < len(document):
             line = 1 + document.lc.item(step)[0]
@@ -67,38 +74,63 @@ def line_of(document: Any, path: schema.Path) -> int:
     return line
 
 
+def _name_from(stem: str) -> str:
+    """A scenario's name from that of its file, which may have any letters."""
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", stem).strip("-")
+    if not name[:1].isalpha():
+        name = f"scenario-{name}".rstrip("-")
+    return name[:LONGEST_NAME]
+
+
 def _parse(path: Path) -> Any:
     try:
-        return YAML(typ="rt").load(path.read_text(encoding="utf-8"))
+        text = read_text(path)
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise ScenarioError(f"{path} is not a text file in UTF-8: {error.reason}") from error
+    except ValueError as error:
+        raise ScenarioError(f"{path}: {error}") from error
+    try:
+        return YAML(typ="rt").load(text)
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         what = " ".join(filter(None, (error.context, error.problem)))
         raise ScenarioError(f"{path}:{line}: not YAML: {what}") from error
     except TypeError as error:  # the parser's, of a key that is a mapping or a list
         raise ScenarioError(f"{path}: not YAML: a key must be a word ({error})") from error
-    except (YAMLError, ValueError, RecursionError) as error:
-        reason = str(error).splitlines() or ["it is nested too deeply"]
-        raise ScenarioError(f"{path}: not YAML: {reason[0]}") from error
+    except RecursionError as error:
+        raise ScenarioError(f"{path}: not YAML: it is nested too deeply") from error
+    except Exception as error:  # the parser has no base class for what odd text makes of it
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise ScenarioError(f"{path}: not YAML: {reason}") from error
 
 
 def _plain(path: Path, document: Any) -> Any:
     try:
-        return _copy(document)
+        return _Copier().copy(document)
     except RecursionError as error:
         raise ScenarioError(f"{path}: a value refers to itself, or is nested too deeply") from error
+    except OverflowError as error:
+        raise ScenarioError(f"{path}: {error}") from error
 
 
-def _copy(value: Any) -> Any:
-    """Plain dicts, lists, numbers and strings instead of the parser's own."""
-    if isinstance(value, dict):
-        return {str(key): _copy(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_copy(entry) for entry in value]
-    for kind in (bool, int, float, str):
-        if isinstance(value, kind):
-            return kind(value)
-    return value
+class _Copier:
+    """Plain dicts, lists, numbers and strings instead of the parser's own, up to so many: aliases
+    of aliases would make any number of them from a short text.
+    """
+
+    def __init__(self) -> None:
+        self._values = 0
+
+    def copy(self, value: Any) -> Any:
+        """A plain copy; raises OverflowError when it gets too large."""
+        self._values += 1
+        if self._values > _MOST_VALUES:
+            raise OverflowError(f"it has more than {_MOST_VALUES} values, aliases written out")
+        if isinstance(value, dict):
+            return {str(key): self.copy(entry) for key, entry in value.items()}
+        if isinstance(value, list):
+            return [self.copy(entry) for entry in value]
+        for kind in (bool, int, float, str):
+            if isinstance(value, kind):
+                return kind(value)
+        return value

@@ -27,6 +27,7 @@ from palanquin.sim.scenarios.gait import GaitChoice
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.script import Director, Orders
 from palanquin.sim.scenarios.vectors import Name, Vector
+from palanquin.user_files import read_text
 
 _Line = TypeVar("_Line", bound=Strict)
 
@@ -152,11 +153,11 @@ def replayed(scenario: Scenario, path: Path) -> Scenario:
 
 def _read(path: Path) -> tuple[list[_Event], float]:
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_text(path).splitlines()
     except OSError as error:
         raise CommandFileError(f"{path}: {error.strerror or error}") from error
-    except UnicodeDecodeError as error:
-        raise CommandFileError(f"{path} is not a text file in UTF-8: {error.reason}") from error
+    except ValueError as error:
+        raise CommandFileError(f"{path}: {error}") from error
     if not lines:
         raise CommandFileError(f"{path} is empty; a command file is needed")
     _parsed(_Header, path, lines, 0)
@@ -180,13 +181,21 @@ def _read(path: Path) -> tuple[list[_Event], float]:
 
 
 def _parsed(kind: type[_Line], path: Path, lines: list[str], n: int) -> _Line:
+    data = _json(path, lines, n)
     try:
-        data = json.loads(lines[n])
         return kind.model_validate(data)
-    except json.JSONDecodeError as error:
-        cut = ", where the file is cut off" if n == len(lines) - 1 else ""
-        raise CommandFileError(f"{path}:{n + 1}: not JSON{cut}: {error.msg}") from error
     except ValidationError as error:
         found = faults(error, data)
         words = [f"{dotted(where)}: {message}" if where else message for where, message in found]
         raise CommandFileError(f"{path}:{n + 1}: {'; '.join(words)}") from error
+
+
+def _json(path: Path, lines: list[str], n: int) -> Any:
+    try:
+        return json.loads(lines[n])
+    except RecursionError as error:
+        raise CommandFileError(f"{path}:{n + 1}: not JSON: it is nested too deeply") from error
+    except ValueError as error:
+        cut = ", where the file is cut off" if n == len(lines) - 1 else ""
+        reason = error.msg if isinstance(error, json.JSONDecodeError) else error
+        raise CommandFileError(f"{path}:{n + 1}: not JSON{cut}: {reason}") from error

@@ -8,12 +8,13 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palanquin.problems import clm
 from palanquin.problems.clm.planner import Planner
+from palanquin.problems.clm.references import nominal_state
 from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.gaits import Gait
 from palanquin.problems.modules.obstacles import Obstacles
 from palanquin.problems.terrain_kinds import FlatKind, TerrainKind
 from palanquin.problems.terrains import Terrain
-from palanquin.schema import Positive, Strict, dotted, faults
+from palanquin.schema import Positive, Seed, Strict, dotted, faults
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.command import AnyCommand
 from palanquin.sim.scenarios.disturbance import Push
@@ -62,7 +63,7 @@ class Scenario(Strict):
     )
     planner: PlannerSettings = Field(PlannerSettings(), description="how they plan")
     duration: Positive = Field(10.0, description="of the run, s")
-    seed: Annotated[int, Field(ge=0)] = Field(
+    seed: Seed = Field(
         0,
         description="of random ditches and of the start: 0 stands nominally, from 1 on bodies, "
         "velocities and feet are a little off",
@@ -94,7 +95,7 @@ class Scenario(Strict):
             if not self.command.moves(time):
                 continue
             for robot in self.robots:
-                gait = self._gait_of(robot, time)
+                gait = self.gait_of(robot, time)
                 if min(gait.duty) >= 1.0:
                     raise ValueError(
                         f"command: at {time:g} s the velocity must be 0 with the gait "
@@ -102,8 +103,8 @@ class Scenario(Strict):
                     )
         return self
 
-    def _gait_of(self, robot: Robot, time: float) -> Gait:
-        """The gait that a robot was last told."""
+    def gait_of(self, robot: Robot, time: float) -> Gait:
+        """The gait that a robot was last told at a time, s."""
         told = [robot.gait]
         for change in sorted(self.gait_changes, key=lambda change: change.time):
             if change.time <= time and robot.name in (change.robots or (robot.name,)):
@@ -128,6 +129,11 @@ class Scenario(Strict):
     def ground(self) -> Terrain:
         """The height map."""
         return self.terrain.shape()
+
+    @property
+    def ditch_lines(self) -> tuple[Line, ...]:
+        """The ditches that the seed draws."""
+        return tuple(self._lines)
 
     @property
     def team(self) -> clm.Team:
@@ -174,9 +180,15 @@ class Scenario(Strict):
         return planner
 
     def start(self, planner: Planner) -> TeamState:
-        """Where the run begins, as the seed says."""
+        """Where the run begins, as the seed says; the planner starts over from there."""
         planner.restart(self.start_pose.draw(self.seed))
-        return disturbed(planner.nominal_state(), self.ground, self.seed)
+        return self.start_state()
+
+    def start_state(self) -> TeamState:
+        """The bodies and feet with which the run begins, as the seed says."""
+        pose = self.start_pose.draw(self.seed)
+        nominal = nominal_state(self.team, self.ground, pose, self.planner.references)
+        return disturbed(TeamState(*nominal), self.ground, self.seed)
 
     def script(self) -> Script:
         """The run's commands, gait changes and pushes, as the closed loop asks for them."""

@@ -8,7 +8,11 @@ from pydantic import AfterValidator, Field, StringConstraints
 
 from palanquin.schema import Finite, Positive
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
+LONGEST_NAME = 40
+
+Name = Annotated[
+    str, StringConstraints(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=LONGEST_NAME)
+]
 """Of a scenario or robot: it becomes a part of paths in recordings and of file names."""
 
 # A list in a file, a tuple in Python; the entries themselves stay strict.

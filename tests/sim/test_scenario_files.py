@@ -1,5 +1,6 @@
 """Scenario files: what is wrong with one stands in the message with its line."""
 
+import numpy as np
 import pytest
 
 from palanquin.sim.scenarios import ScenarioError, ScenarioFile, load_scenario
@@ -30,6 +31,63 @@ def test_a_file_needs_no_name_of_its_own(load):
     assert scenario.name == "mine"
     assert scenario.robots[1].gait.gait.period == 0.5
     assert scenario.robots[0].gait.name == "trot"
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [
+        ("my walk.yaml", "my-walk"),
+        ("2 robots.yaml", "scenario-2-robots"),
+        ("\u00fcber den Berg!.yaml", "ber-den-Berg"),
+        ("\u5c71.yaml", "scenario"),
+        ("a" * 60 + ".yaml", "a" * 40),
+        ("v1.2.yaml", "v1-2"),
+    ],
+)
+def test_a_file_may_have_any_name(tmp_path, file, name):
+    path = tmp_path / file
+    path.write_text(GOOD)
+    assert load_scenario(path).name == name
+
+
+def test_a_height_map_lies_beside_the_file_that_names_it(tmp_path, monkeypatch):
+    folder, elsewhere = tmp_path / "runs", tmp_path / "elsewhere"
+    (folder / "maps").mkdir(parents=True)
+    elsewhere.mkdir()
+    np.save(folder / "maps" / "hill.npy", np.full((5, 5), 0.25))
+    path = folder / "mine.yaml"
+    path.write_text(GOOD + "terrain: {type: height_map, file: maps/hill.npy}\n")
+    for place, name in ((elsewhere, path), (folder, path.name), (tmp_path, "runs/mine.yaml")):
+        monkeypatch.chdir(place)
+        scenario = load_scenario(name)
+        monkeypatch.chdir(elsewhere)
+        assert scenario.changed(duration=2.0).ground.height(0.1, 0.1) == pytest.approx(0.25)
+        assert scenario.scene.ground.height(0.1, 0.1) == pytest.approx(0.25)
+    np.save(elsewhere / "hill.npy", np.zeros((5, 5)))
+    path.write_text(GOOD + "terrain: {type: height_map, file: hill.npy}\n")
+    with pytest.raises(ScenarioError, match=r"mine.yaml:8: terrain: .*runs/hill.npy: not a height"):
+        load_scenario(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n", None),
+        ("x0: &x0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n"
+         + "".join(f"x{i}: &x{i} [{', '.join([f'*x{i - 1}'] * 10)}]\n" for i in range(1, 9)),
+         "more than 1000000 values"),
+        ("<<: &m {mas: 3}\n", "mine.yaml:1: unknown key 'mas'"),
+        ("payload: !!set {mass}\n", "mine.yaml:.: payload: "),
+        ("duration: !!binary aGVsbG8=\n", "mine.yaml:.: duration: "),
+        ("duration: 2001-01-01\n", "mine.yaml:.: duration: "),
+        ("duration: 1e308\n", "duration: is 1e.308; its magnitude must be at most 1e.12"),
+        ("duration: 1e-300\n", "mine.yaml:.: duration: is 1e-300; it must be at least 1e-12"),
+        (f"duration: {10**30}\n", "mine.yaml:.: duration: "),
+    ],
+)  # fmt: skip
+def test_odd_yaml_is_refused_in_words(load, text, message):
+    with pytest.raises(ScenarioError, match=message or "unknown key 'a'"):
+        load(GOOD.replace("payload: {mass: 10}\n", "") + text)
 
 
 def test_json_is_yaml(load):
