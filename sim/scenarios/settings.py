@@ -148,6 +148,7 @@ class PlannerSettings(Strict):
             "candidates": self.candidates,
             "references": self.references,
             "footholds": self.footholds,
+            "input_blocks": self.input_blocks,
             "qp": self.qp,
             "threads": self.threads,
             "max_iterations": self.iterations,

@@ -1,0 +1,212 @@
+"""Every setting of a scenario reaches what it names."""
+
+from dataclasses import fields, replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from palanquin.problems.modules.wrench_cone import WrenchCone
+from palanquin.sim.bar.ground import Ground
+from palanquin.sim.bar.planners import KINDS, build_planner
+from palanquin.sim.bar.run import Loop
+from palanquin.sim.bar.scenario import BarScenario, Sensors
+from palanquin.sim.bar.scene import build_bar_scene
+from palanquin.sim.bar.team import BarTeam
+from palanquin.sim.closed_loop import ticks
+from palanquin.sim.feasibility.route import payload_route
+from palanquin.sim.running import run_scenario
+from palanquin.sim.scenarios import Scenario, open_scenario
+from palanquin.sim.scenarios.settings import HandCone, PlannerSettings, WeightSettings
+
+TROT = open_scenario("trot")
+
+
+def planned_with(**settings):
+    return TROT.changed(planner=settings)
+
+
+def parameter(name):
+    return lambda planner: planner.params[name][0].ravel().tolist()
+
+
+def held(planner):
+    return planner.params["left.hold"].ravel().tolist() if "left.hold" in planner.params else []
+
+
+CONE = {"grip": 111.0, "friction": 0.11, "torsion": 0.011, "half_size": 0.0111}
+WEIGHTS = {
+    "position": ("left.weight.position", [1.5, 2.5, 3.5]),
+    "orientation": ("left.weight.orientation", 4.5),
+    "velocity": ("left.weight.velocity", [5.5, 6.5, 7.5]),
+    "angular_velocity": ("left.weight.angular_velocity", [8.5, 9.5, 10.5]),
+    "foothold": ("left.weight.foothold", [11.5, 12.5, 13.5]),
+    "force": ("left.weight.force", [0.5, 0.25, 0.125]),
+    "torque": ("left.weight.hand_torque", [0.75, 0.5, 0.25]),
+    "payload": ("payload.weight.importance", 14.5),
+    "terminal": ("left.weight.terminal", 15.5),
+}
+# field: (value, what the planner has of it, what that must be)
+PLANNER = {
+    "horizon": (7, lambda p: p.horizon, 7),
+    "dt": (0.02, lambda p: p.dt, 0.02),
+    "iterations": (3, lambda p: p.sqp.settings.max_iterations, 3),
+    "inner_iterations": (5, lambda p: p.sqp.settings.subproblem.max_inner_iterations, 5),
+    "qp": ("ldl", lambda p: p.sqp.settings.qp, "ldl"),
+    "threads": (2, lambda p: p.sqp.settings.threads, 2),
+    "candidates": (3, lambda p: p.candidates and len(p.candidates.solvers), 3),
+    "references": ("rigid", lambda p: p._robot_references, "rigid"),
+    "footholds": ("raibert", lambda p: p.footholds, "raibert"),
+    "input_blocks": (3, lambda p: held(p)[:7], [0, 1, 1, 0, 1, 1, 0]),
+    "friction": (0.55, parameter("terrain.friction"), [0.55]),
+}
+ELSEWHERE = {"rate", "weights", "hand_cone", "penalties", "clearance"}
+
+
+def test_the_tables_have_every_setting():
+    assert PLANNER.keys() | ELSEWHERE == set(PlannerSettings.model_fields)
+    assert WEIGHTS.keys() == WeightSettings.model_fields.keys()
+    assert CONE.keys() == HandCone.model_fields.keys()
+
+
+@pytest.mark.parametrize("field", PLANNER)
+def test_a_planner_setting_reaches_the_planner(field):
+    value, read, expected = PLANNER[field]
+    assert read(planned_with().build_planner()) != expected
+    assert read(planned_with(**{field: value}).build_planner()) == expected
+
+
+@pytest.mark.parametrize("field", WEIGHTS)
+def test_a_weight_reaches_the_planner(field):
+    name, value = WEIGHTS[field]
+    planner = planned_with(weights={field: value}).build_planner()
+    assert parameter(name)(planner) == pytest.approx(np.ravel(value).tolist())
+
+
+def test_clearance_and_obstacles_reach_the_planner():
+    box = {"type": "box", "centre": [9, 9], "size": [1, 1]}
+    planner = planned_with(clearance=0.07).changed(obstacles=[box]).build_planner()
+    assert parameter("clearance")(planner) == [0.07]
+    assert parameter("obstacles")(planner)[:2] == [9, 9]
+
+
+def test_a_hand_cone_reaches_the_planner():
+    planner = planned_with(hand_cone=CONE).build_planner()
+    assert parameter("left.hand.cone")(planner) == list(WrenchCone(**CONE).values())
+
+
+def test_a_penalty_reaches_the_planner():
+    planner = planned_with(penalties={"leg": {"stiffness": 77.0, "smoothing": 0.5}}).build_planner()
+    state = TROT.start_state()
+    state.bodies[1, 2] += 0.3  # beyond the legs
+    stiff = planned_with(penalties={"leg": {"stiffness": 7700.0, "smoothing": 0.5}}).build_planner()
+    costs = [p.solve(0.0, state, TROT.command.at(0.0)).plan.penalty_cost for p in (planner, stiff)]
+    assert costs[1] > 2 * costs[0] > 0
+
+
+def test_the_rate_and_the_duration_reach_the_run():
+    rollout = run_scenario(planned_with(rate=50.0).changed(duration=0.1))
+    np.testing.assert_allclose(rollout.time, 0.02 * np.arange(5))
+
+
+# What a run is made of, as far as fields other than the planner's decide it.
+OTHERS = {
+    "robots": {"robots": [TROT.robots[0].changed(model="a1"), TROT.robots[1]]},
+    "robots.arm": {"robots": [TROT.robots[0].changed(arm="dynaarm"), TROT.robots[1]]},
+    "robots.attach": {"robots": [TROT.robots[0].changed(attach=(0.0, 0.7, 0.0)), TROT.robots[1]]},
+    "robots.yaw": {"robots": [TROT.robots[0].changed(yaw=0.2), TROT.robots[1]]},
+    "robots.gait": {"robots": [TROT.robots[0].changed(gait="pace"), TROT.robots[1]]},
+    "payload.mass": {"payload": {"mass": 11.0}},
+    "payload.height": {"payload": {"height": 0.45}},
+    "payload.inertia": {"payload": {"inertia": [2.0, 2.0, 2.0]}},
+    "payload.shape": {"payload": {"shape": {"type": "box", "size": [0.1, 1.5, 0.1]}}},
+    "terrain": {"terrain": {"type": "plane", "z0": 0.1, "ax": 0.1, "ay": 0.0}},
+    "ditches": {"ditches": {"type": "lines", "lines": [{"a": 1, "b": 0, "c": -2, "d": 0.1}]}},
+    "start_pose": {"start_pose": {"x": 0.3}},
+    "command": {"command": {"type": "velocity", "steps": [{"vx": 0.1}]}},
+    "gait_changes": {"gait_changes": [{"time": 0.0, "gait": "pace", "at_once": True}]},
+    "pushes": {"pushes": [{"body": "left", "force": [0, 9, 0], "start": 0, "duration": 1}]},
+    "seed": {"seed": 4},
+}
+NOT_OF_THE_RUN = {"name", "summary", "trackings"}
+TESTED_ABOVE = {"planner", "duration", "obstacles"}
+
+
+def essence(scenario):
+    """The first tick of a run and its scene, as numbers and text."""
+    planner = scenario.build_planner(max_iterations=1)
+    state, script = scenario.start(planner), scenario.script()
+    tick = next(ticks(planner, script, scenario.planner.period, state))
+    return (
+        scenario.scene.to_json(),
+        planner.params.values.round(9).tobytes(),
+        state.bodies.round(9).tobytes(),
+        planner.contacts(np.linspace(0, 1, 50)).tobytes(),
+        tick.orders,
+        tick.wrenches.tobytes(),
+        payload_route(scenario).round(9).tobytes(),
+    )
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return essence(TROT)
+
+
+def test_the_table_has_every_field_of_a_scenario():
+    covered = {name.partition(".")[0] for name in OTHERS}
+    assert covered | NOT_OF_THE_RUN | TESTED_ABOVE == set(Scenario.model_fields)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_field_reaches_the_run(name, plain):
+    assert essence(TROT.changed(**OTHERS[name])) != plain
+
+
+@pytest.mark.parametrize("field", [f.name for f in fields(Sensors)])
+def test_a_sensor_setting_reaches_the_measurement(field):
+    settings = replace(Sensors(), **{field: 0.003}).settings(seed=5)
+    assert getattr(settings, field) == (3 if field == "delay" else 0.003)
+    assert settings.seed == 5
+    others = [f.name for f in fields(Sensors) if f.name != field]
+    assert all(getattr(settings, other) == 0 for other in others)
+
+
+def test_what_planner_and_controllers_of_a_bar_are_told():
+    scenario = BarScenario(team=BarTeam(3), ground=Ground(friction=0.4), planner="distributed")
+    planner = build_planner(scenario)
+    assert isinstance(planner, KINDS["distributed"])
+    assert planner.settings.friction == 0.4
+    assert build_planner(replace(scenario, friction=0.3)).settings.friction == 0.3
+    loop = Loop(replace(scenario, seed=3), planner)
+    assert len(loop.references) == 3
+    assert abs(loop.references[0].yaw) > 1e-3  # turned by the seed
+
+
+@pytest.mark.parametrize(
+    ("team", "read", "expected"),
+    [
+        (BarTeam(bar_mass=0.7), lambda m: m.body("bar1").mass[0], 0.7),
+        (BarTeam(bar_mass=0.3, payload=4.0), lambda m: m.body("bar1").mass[0], 4.3),
+        (BarTeam(2, 1.0, 1e-3, 20.0, payload_at=0.0), lambda m: m.body("bar1").ipos[1], 0.5),
+        (BarTeam(length=1.4), lambda m: 2 * m.geom(m.body("bar1").geomadr[0]).size[1], 1.4),
+        (BarTeam(4), lambda m: sum(m.body(i).name.startswith("bar") for i in range(m.nbody)), 3),
+        (BarTeam(restrict=("roll",)), lambda m: (m.eq_type == mujoco.mjtEq.mjEQ_WELD).sum(), 2),
+    ],
+)  # fmt: skip
+def test_a_field_of_a_bar_team_reaches_the_scene(team, read, expected):
+    model = build_bar_scene(team, Ground()).model
+    assert read(model) == pytest.approx(expected, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("ground", "read"),
+    [
+        (Ground(friction=0.33), lambda m: (m.geom_friction[:, 0] == 0.33).any()),
+        (Ground(softness=0.02), lambda m: (m.geom_solref[:, 0] == 0.02).any()),
+        (Ground(step=0.07), lambda m: np.isclose(m.geom_size[:, 2], 0.035).any()),
+        (Ground("rough", height=0.11), lambda m: 0.1 < m.hfield_size[0, 2] <= 0.11),
+    ],
+)  # fmt: skip
+def test_a_field_of_a_bar_ground_reaches_the_scene(ground, read):
+    assert read(build_bar_scene(BarTeam(), ground).model)
