@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Annotated, Literal, Protocol, Self
 
@@ -85,7 +86,9 @@ class Waypoint(Strict):
 
     x: Finite = Field(description="m")
     y: Finite = Field(0.0, description="m")
-    yaw: Finite | None = Field(None, description="heading, rad; as before unless told")
+    yaw: Finite | None = Field(
+        None, description="heading, rad, to which it turns the shorter way; as before unless told"
+    )
     speed: Positive | None = Field(None, description="on the way there, m/s")
     hold: NonNegative = Field(0.0, description="rest there, s")
 
@@ -94,7 +97,7 @@ class WaypointCommand(Strict):
     """Poses to pass through, in straight lines at constant speed.
 
     The payload's reference is driven by velocity commands that take it to the next pose; it turns
-    evenly on the way, and slows down where that would exceed the turn rate.
+    evenly and the shorter way round, and slows down where that would exceed the turn rate.
     """
 
     type: Literal["waypoints"]
@@ -131,7 +134,8 @@ class WaypointFollower:
             self._yaw = yaw
         while self._next < len(self._command.through):
             waypoint = self._command.through[self._next]
-            turn = (self._yaw if waypoint.yaw is None else waypoint.yaw) - yaw
+            wanted = self._yaw if waypoint.yaw is None else waypoint.yaw
+            turn = math.remainder(wanted - yaw, 2 * math.pi)
             way = np.array([waypoint.x - x, waypoint.y - y])
             if max(np.hypot(*way), abs(turn)) > _NEAR:
                 speed = waypoint.speed or self._command.speed

@@ -148,6 +148,34 @@ def test_a_follower_lands_on_each_pose_and_turns_no_faster_than_allowed():
     np.testing.assert_allclose(pose, [0.2, -0.1, 1.0], atol=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("yaw", "wanted", "turn"),
+    [
+        (3.1, -3.1, 0.083),
+        (-3.1, 3.1, -0.083),
+        (0.0, 3.0, 3.0),
+        (0.2, -6.0, 0.083),
+        (100.0, 100.5, 0.5),
+        (1.0, 1.0 + 4 * np.pi, 0.0),
+    ],
+)
+def test_a_follower_turns_the_shorter_way(yaw, wanted, turn):
+    command = WaypointCommand.model_validate(
+        {"type": "waypoints", "through": [{"x": 1.0, "yaw": wanted}], "turn_rate": 10.0}
+    )
+    follower, pose, turned = command.start(), np.array([0.0, 0.0, yaw]), 0.0
+    for tick in range(400):
+        velocity = follower.velocity(tick * 0.01, pose, 0.01)
+        turned += 0.01 * velocity.wz
+        cos, sin = np.cos(pose[2]), np.sin(pose[2])
+        pose = pose + 0.01 * np.array(
+            [cos * velocity.vx - sin * velocity.vy, sin * velocity.vx + cos * velocity.vy,
+             velocity.wz]
+        )  # fmt: skip
+    assert turned == pytest.approx(turn, abs=1e-3)
+    np.testing.assert_allclose(pose[:2], [1.0, 0.0], atol=1e-3)
+
+
 @pytest.mark.parametrize("arm", ["massless", "dynaarm"])
 def test_mixed_robots_with_either_arm_walk(arm):
     base = open_scenario("team3")
