@@ -30,7 +30,7 @@ def obstacles_beside_the_way(scenario: Scenario) -> Iterator[Finding]:
     along = x + cos * points[:, 0] - sin * points[:, 1]
     across = y + sin * points[:, 0] + cos * points[:, 1]
     for j, obstacle in enumerate(scenario.obstacles):
-        depth = radii - _distances(np.array(obstacle.row()), along, across)
+        depth = radii - distances(np.array(obstacle.row()), along, across)
         where = ("obstacles", j)
         if depth[0].max() > 0:
             yield Finding(where, f"the team begins {100 * depth[0].max():.0f} cm inside of it")
@@ -58,7 +58,7 @@ def _team_points(scenario: Scenario) -> tuple[NDArray[np.float64], NDArray[np.fl
     return np.concatenate(points)[:, :2], radii
 
 
-def _distances(
+def distances(
     row: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Signed distances of points from an obstacle, seen from above, m."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palanquin.problems.gaits import Gait
 from palanquin.schema import Path
-from palanquin.sim.closed_loop import number_of_ticks
-from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility.finding import Finding, doubt
 from palanquin.sim.feasibility.ground import longest_step
-from palanquin.sim.scenarios.command import VelocityCommand
+from palanquin.sim.feasibility.route import hip_routes, look_times
+from palanquin.sim.scenarios.robot import Robot
 from palanquin.sim.scenarios.scenario import Scenario
 
 _LONGEST_FLIGHT = 0.3
@@ -20,14 +20,6 @@ _LONGEST_FLIGHT = 0.3
 
 _SHORTEST_STANCE = 0.1
 """Share of a cycle in which at least one foot has to stand."""
-
-
-def ticks_to_plan(scenario: Scenario) -> Iterator[Finding]:
-    """The duration has at least one period, and no more than a run can hold."""
-    try:
-        number_of_ticks(scenario.duration, scenario.planner.period)
-    except InputError as error:
-        yield Finding(("duration",), str(error).removeprefix("duration: "))
 
 
 def flights_to_survive(scenario: Scenario) -> Iterator[Finding]:
@@ -51,23 +43,32 @@ def flights_to_survive(scenario: Scenario) -> Iterator[Finding]:
 
 
 def speeds_to_walk(scenario: Scenario) -> Iterator[Finding]:
-    """While a foot stands, the hip moves on by no more than the longest step."""
-    command = scenario.command
-    speeds = (
-        [np.hypot(step.vx, step.vy) for step in command.steps]
-        if isinstance(command, VelocityCommand)
-        else [way.speed or command.speed for way in command.through]
-    )
-    fastest = float(max(speeds))
-    for robot in scenario.robots:
-        gait = robot.gait.gait
-        stride, step = fastest * max(gait.duty) * gait.period, longest_step(scenario, robot)
-        if stride > step and max(gait.duty) < 1:
-            yield doubt(
-                ("command",),
-                f"at {fastest:g} m/s {robot.name} moves {stride:.2f} m while a foot "
-                f"stands ('{gait.name}'); its legs reach {step:.2f} m",
-            )
+    """While a foot stands, its hip moves on by no more than the longest step."""
+    times, hips = look_times(scenario), hip_routes(scenario)
+    speeds = np.linalg.norm(np.diff(hips, axis=0), axis=-1).max(axis=-1) / times[1]
+    for robot, speed in zip(scenario.robots, speeds.T, strict=True):
+        step = longest_step(scenario, robot)
+        for gait, when in _gaits_over(scenario, robot, times[:-1]):
+            if max(gait.duty) == 1 or not when.any():
+                continue
+            fastest = float(speed[when].max())
+            stride = fastest * max(gait.duty) * gait.period
+            if stride > step:
+                yield doubt(
+                    ("command",),
+                    f"at {fastest:.3g} m/s {robot.name} moves {stride:.2f} m while a foot stands "
+                    f"('{gait.name}'); its legs reach {step:.2f} m",
+                )
+                break
+
+
+def _gaits_over(
+    scenario: Scenario, robot: Robot, times: NDArray[np.float64]
+) -> Iterator[tuple[Gait, NDArray[np.bool_]]]:
+    """The gaits of a robot one after the other, and at which of `times` [n] it has them."""
+    begins = sorted({0.0, *(change.time for change in scenario.gait_changes)})
+    for begin, end in zip(begins, [*begins[1:], np.inf], strict=True):
+        yield scenario.gait_of(robot, begin), (times >= begin) & (times < end)
 
 
 def gaits_of(scenario: Scenario) -> Iterator[tuple[Path, Gait]]:
