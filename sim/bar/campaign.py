@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -21,6 +22,7 @@ from palanquin.sim.bar.scenario import PLANNERS, BarScenario
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.bar.texts import parse_force, parse_ground
 from palanquin.sim.errors import InputError
+from palanquin.user_files import read_text
 
 _TEN_METRES = 10.0
 
@@ -178,12 +180,15 @@ class Results:
 
 
 def _rows(path: Path) -> Iterator[dict[str, Any]]:
-    lines = path.read_text(encoding="utf-8").splitlines()
+    try:
+        lines = read_text(path).splitlines()
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
     for number, line in enumerate(lines, start=1):
         try:
             row = json.loads(line)
             Trial(row["suite"], row["planner"], row["seed"])
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, RecursionError) as error:
             if number == len(lines):
                 return
             raise InputError(f"{path}, line {number}: not a trial's figures ({error})") from error
@@ -197,15 +202,30 @@ def run_trials(wanted: list[Trial], results: Results, jobs: int) -> Iterator[dic
     missing = results.missing(wanted)
     if not missing:
         return
-    with ProcessPoolExecutor(min(jobs, len(missing))) as pool:
+    workers = min(jobs, len(missing))
+    with ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_parent) as pool:
         futures: list[Future[dict[str, Any]]] = [pool.submit(Trial.run, t) for t in missing]
         try:
             for future in as_completed(futures):
                 row = future.result()
                 results.append(row)
                 yield row
-        finally:
-            pool.shutdown(cancel_futures=True)
+        except BaseException:
+            _stop(pool)
+            raise
+
+
+def _leave_interrupts_to_parent() -> None:
+    """A Ctrl-C reaches every process of a terminal; the one that asked for runs answers it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _stop(pool: ProcessPoolExecutor) -> None:
+    """Drops what waits and ends what runs: trials that have no line in the file run again."""
+    workers = list((pool._processes or {}).values())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for worker in workers:
+        worker.terminate()
 
 
 def summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

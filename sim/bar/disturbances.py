@@ -9,9 +9,24 @@ import numpy as np
 
 from palanquin import _sim
 from palanquin.problems import checks
+from palanquin.sim.bar.limits import require_number
 from palanquin.sim.errors import InputError
 
 Vector = tuple[float, float, float]
+
+MOST_FORCE = 1e5
+"""Along an axis, N: some thousand times what a robot weighs is a mistake."""
+
+
+def _require_force(field: str, force: Vector) -> None:
+    for value in checks.array(field, force, 3).tolist():
+        require_number(field, value, -MOST_FORCE, MOST_FORCE, "N")
+
+
+def _require_order(field: str, start: float, end: float) -> None:
+    require_number(f"{field}.start", start, 0.0, math.inf, "s")
+    if not end >= start:
+        raise InputError(f"{field}: from {start} to {end} s; start and end in order")
 
 
 @dataclass(frozen=True)
@@ -37,12 +52,13 @@ class Force:
     end: float = math.inf
 
     def __post_init__(self) -> None:
-        checks.array("force.amplitude", self.amplitude, 3)
+        _require_force("force.amplitude", self.amplitude)
         checks.array("force.phase", self.phase, 3)
-        if len(self.period) != 3 or not all(p > 0 for p in self.period):
+        if len(self.period) != 3:
             raise InputError(f"force.period: {self.period} must be three positive times")
-        if not self.end >= self.start >= 0:
-            raise InputError(f"force: from {self.start} to {self.end} s; start and end in order")
+        for period in self.period:
+            require_number("force.period", period, 1e-6, math.inf, "s")
+        _require_order("force", self.start, self.end)
 
     @classmethod
     def constant(
@@ -87,8 +103,11 @@ class Rope:
     def __post_init__(self) -> None:
         checks.array("rope.anchor", self.anchor, 3)
         checks.array("rope.velocity", self.velocity, 3)
-        for name in ("slack", "stiffness", "damping"):
-            checks.non_negative(f"rope.{name}", getattr(self, name))
+        require_number("rope.velocity", float(np.abs(self.velocity).max()), 0.0, 10.0, "m/s")
+        require_number("rope.slack", self.slack, 0.0, 100.0, "m")
+        require_number("rope.stiffness", self.stiffness, 0.0, 1e5, "N/m")
+        require_number("rope.damping", self.damping, 0.0, 1e4, "N s/m")
+        _require_order("rope", self.start, self.end)
 
     def on(self, body: int) -> _sim.Tether:
         """The same on a body of the model."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin.sim.area import TILE
+from palanquin.sim.bar.limits import require_number, require_seed
 from palanquin.sim.errors import InputError
 from palanquin.sim.terrain_looks import add_tiles
 
@@ -50,16 +51,11 @@ class Ground:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"ground.kind: {self.kind!r} is not one of {', '.join(KINDS)}")
-        if not 0 < self.height <= 0.3:
-            raise InputError(f"ground.height: {self.height} m must be over 0 and at most 0.3")
-        if not 0.05 <= self.friction <= 2:
-            raise InputError(f"ground.friction: {self.friction} must be from 0.05 to 2")
-        if not 0 <= self.step <= 0.3:
-            raise InputError(f"ground.step: {self.step} m must be from 0 to 0.3")
-        if not 0.003 <= self.softness <= 0.1:
-            raise InputError(f"ground.softness: {self.softness} s must be from 0.003 to 0.1")
-        if self.seed < 0:
-            raise InputError(f"ground.seed: {self.seed} must be at least 0")
+        require_number("ground.height", self.height, 1e-3, 0.3, "m")
+        require_number("ground.friction", self.friction, 0.05, 2.0)
+        require_number("ground.step", self.step, 0.0, 0.3, "m")
+        require_number("ground.softness", self.softness, 0.003, 0.1, "s")
+        require_seed("ground.seed", self.seed)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Adds geoms to the world body; every one of them decides the contact with a foot."""

@@ -15,16 +15,14 @@ from palanquin import _sim
 from palanquin.problems import quaternions
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.layered.planner import Planner
+from palanquin.sim.bar.limits import TIMESTEP, timesteps
 from palanquin.sim.bar.planning import bodies_of, desired, measured, next_bodies, targets
-from palanquin.sim.bar.scenario import STANDING_TIME, BarScenario
+from palanquin.sim.bar.scenario import STANDING_TIME, BarScenario, start_pose
 from palanquin.sim.bar.scene import BarScene, build_bar_scene
 from palanquin.sim.bar.simulation import control_settings, make_simulation
 from palanquin.sim.bar.targets import Reference
 
 Array = NDArray[np.float64]
-
-TIMESTEP = 1e-3
-"""Of physics and controllers, s."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +92,13 @@ class BarRun:
 class Loop:
     """A run under way: `tick` plans once and steps to the next planning instant.
 
-    The commands may be changed between two ticks by `commands`.
+    The commands may be changed between two ticks by `commands`. Raises InputError for a planner
+    whose period is no multiple of a physics step.
     """
 
     def __init__(self, scenario: BarScenario, planner: Planner) -> None:
         self.scenario, self.planner = scenario, planner
+        self._steps = timesteps("planner.dt", planner.settings.dt, at_least=1)
         self.scene = build_bar_scene(scenario.team, scenario.ground)
         self.data = self.scene.data()
         _shift(self.scene, self.data, scenario.seed)
@@ -125,7 +125,7 @@ class Loop:
         solve_ms = 1e3 * (perf_counter() - start)
         planned = next_bodies(plan, bodies)
         qpos = self.data.qpos.copy()
-        simulation.run(round(dt / TIMESTEP), targets(plan, bodies, planned, self.references))
+        simulation.run(self._steps, targets(plan, bodies, planned, self.references))
         return {
             "time": time,
             "state": bodies,
@@ -185,14 +185,11 @@ def run(
 
 
 def _shift(scene: BarScene, data: mujoco.MjData, seed: int) -> None:
-    """Turns the whole team by up to 0.1 rad and shifts it by up to 5 cm, as the seed draws; not at
-    all for seed 0. All robots keep their places in the team.
-    """
+    """Turns and shifts the whole team as the seed draws; robots keep their places in it."""
     if seed == 0:
         return
-    random = np.random.default_rng(seed)
-    turn = quaternions.from_yaw(random.uniform(-0.1, 0.1))
-    shift = np.append(random.uniform(-0.05, 0.05, 2), 0.0)
+    x, y, yaw = start_pose(seed)
+    turn, shift = quaternions.from_yaw(yaw), np.array([x, y, 0.0])
     for joint in range(scene.model.njnt):
         if scene.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
             pose = data.qpos[scene.model.jnt_qposadr[joint] :][:7]

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from palanquin import _sim
-from palanquin.problems import checks
 from palanquin.problems.clm.references import Velocity
 from palanquin.sim.bar.disturbances import Force, Rope
 from palanquin.sim.bar.ground import Ground
+from palanquin.sim.bar.limits import TIMESTEP, require_number, require_seed, timesteps
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.errors import InputError
 
@@ -43,6 +48,7 @@ class Sensors:
     @classmethod
     def usual(cls, multiple: float = 1.0, delay: float = 0.0) -> Sensors:
         """Noise of joint encoders, an IMU and a leg-odometry estimate, times `multiple`."""
+        require_number("noise", multiple, 0.0, 1000.0)
         noise = {
             "position": 2e-3,
             "orientation": 3e-3,
@@ -54,16 +60,22 @@ class Sensors:
         return cls(**{name: multiple * value for name, value in noise.items()}, delay=delay)
 
     def settings(self, seed: int) -> _sim.MeasurementSettings:
-        """For the stepper, whose period is 1 ms; raises InputError for bad values."""
+        """For the stepper; raises InputError for bad values, or a delay between two steps."""
         settings = _sim.MeasurementSettings()
-        for name in ("position", "orientation", "velocity", "rate"):
-            setattr(settings, name, getattr(self, name))
-        settings.joint_position, settings.joint_velocity = self.joint_position, self.joint_velocity
-        settings.delay = round(1e3 * checks.non_negative("sensors.delay", self.delay))
+        for name in (f.name for f in fields(self) if f.name != "delay"):
+            setattr(settings, name, _number(f"sensors.{name}", getattr(self, name)))
+        require_number("sensors.delay", self.delay, 0.0, LONGEST, "s")
+        settings.delay = timesteps("sensors.delay", self.delay)
         settings.seed = seed
         if problem := settings.explain_invalid():
             raise InputError(f"sensors: {problem}")
         return settings
+
+
+def _number(field: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{field}: {value!r} must be a number")
+    return float(value)
 
 
 @dataclass(frozen=True)
@@ -107,14 +119,11 @@ class BarScenario:
         for command in self.commands:
             if math.hypot(command.vx, command.vy) > 1.5 or abs(command.wz) > 1.5:
                 raise InputError(f"velocity: {command} is over 1.5 m/s or 1.5 rad/s")
-        if not 0 < checks.finite("duration", self.duration) <= LONGEST:
-            raise InputError(f"duration: {self.duration} s must be over 0 and at most {LONGEST}")
-        if not self.distance > 0:
-            raise InputError(f"distance: {self.distance} m must be positive")
+        require_number("duration", self.duration, TIMESTEP, LONGEST, "s")
+        require_number("distance", self.distance, 1e-3, math.inf, "m")
         if self.friction is not None:
-            checks.positive("friction", self.friction)
-        if self.seed < 0:
-            raise InputError(f"seed: {self.seed} must be at least 0")
+            require_number("friction", self.friction, 0.01, 10.0)
+        require_seed("seed", self.seed)
         self.sensors.settings(self.seed)
 
     @property
@@ -134,3 +143,14 @@ class BarScenario:
         if share == 1.0:
             return full
         return Velocity(share * full.vx, share * full.vy, share * full.wz)
+
+
+def start_pose(seed: int) -> NDArray[np.float64]:
+    """(x, y, yaw) [3] by which a run's whole team begins off its nominal place: up to 5 cm and
+    0.1 rad, as the seed draws; 0 for seed 0.
+    """
+    if seed == 0:
+        return np.zeros(3)
+    random = np.random.default_rng(seed)
+    yaw = random.uniform(-0.1, 0.1)
+    return np.append(random.uniform(-0.05, 0.05, 2), yaw)

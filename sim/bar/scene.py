@@ -150,7 +150,7 @@ def _standing(model: mujoco.MjModel, team: BarTeam, ground: Ground, centre: Arra
     # The trunk's height for a centre of mass at the standing height, over the foot's radius.
     height = STANDING_HEIGHT - centre[2]
     legs = np.tile(leg_angles(height - A1.foot_radius), len(FEET))
-    bases = _places(team, ground) + np.array([-centre[0], -centre[1], height])
+    bases = places(team, ground) + np.array([-centre[0], -centre[1], height])
     for name, base in zip(team.names, bases, strict=True):
         data.joint(f"{name}/free").qpos = [*base, 1, 0, 0, 0]
         for foot in range(len(FEET)):
@@ -164,7 +164,7 @@ def _standing(model: mujoco.MjModel, team: BarTeam, ground: Ground, centre: Arra
 
 def _tilts(team: BarTeam, ground: Ground) -> Array:
     """Angles about x (rad) [M - 1] at which the bars start."""
-    along = -np.diff(_places(team, ground), axis=0)
+    along = -np.diff(places(team, ground), axis=0)
     return np.asarray(np.arctan2(along[:, 2], along[:, 1]))
 
 
@@ -172,7 +172,7 @@ def _about_x(angle: float) -> Array:
     return np.array([np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0])
 
 
-def _places(team: BarTeam, ground: Ground) -> Array:
+def places(team: BarTeam, ground: Ground) -> Array:
     """Points [M, 3] of the ground below the centres of mass: a bar apart, some on the step."""
     rise = [ground.step if lane > 0 else 0.0 for lane in team.lanes]
     gaps = np.sqrt(team.length**2 - np.diff(rise) ** 2)

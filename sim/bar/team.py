@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from palanquin.problems import checks
+from palanquin.sim.bar.limits import require_integer, require_number
 from palanquin.sim.errors import InputError
 
 AXES = ("roll", "pitch", "yaw")
@@ -38,14 +38,11 @@ class BarTeam:
     restrict: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not 2 <= self.robots <= MOST_ROBOTS:
-            raise InputError(f"robots: {self.robots} must be from 2 to {MOST_ROBOTS}")
-        checks.positive("bar length", self.length)
-        checks.positive("bar mass", self.bar_mass)
-        if not 0 <= checks.finite("payload", self.payload) <= 20:
-            raise InputError(f"payload: {self.payload} kg must be from 0 to 20")
-        if not 0 <= checks.finite("payload_at", self.payload_at) <= 1:
-            raise InputError(f"payload_at: {self.payload_at} must be from 0 to 1")
+        require_integer("robots", self.robots, 2, MOST_ROBOTS)
+        require_number("bar length", self.length, 0.5, 5.0, "m")
+        require_number("bar mass", self.bar_mass, 1e-4, 50.0, "kg")
+        require_number("payload", self.payload, 0.0, 20.0, "kg")
+        require_number("payload_at", self.payload_at, 0.0, 1.0)
         if not set(self.restrict) <= set(AXES) or len(set(self.restrict)) < len(self.restrict):
             raise InputError(f"restrict: {self.restrict} must be different ones of {AXES}")
 

@@ -1,6 +1,7 @@
 """Robots on bars: scenes, texts, and a short closed loop in full physics."""
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -9,11 +10,12 @@ import pytest
 from palanquin.problems import quaternions
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.robots import A1
-from palanquin.sim.bar import texts
+from palanquin.sim.bar import campaign, texts
 from palanquin.sim.bar.disturbances import Force, Rope
+from palanquin.sim.bar.feasibility import findings
 from palanquin.sim.bar.ground import Ground
 from palanquin.sim.bar.outcome import outcome
-from palanquin.sim.bar.planners import build_planner
+from palanquin.sim.bar.planners import PHYSICS, build_planner
 from palanquin.sim.bar.run import Loop, run
 from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
@@ -244,8 +246,78 @@ def test_garbage_is_explained(parse, text, message):
         (lambda: BarScenario(duration=0.0), "duration: 0.0"),
         (lambda: BarScenario(sensors=Sensors(rate=-1.0)), "sensors: rate"),
         (lambda: BarScenario(sensors=Sensors(delay=5.0)), "delay is 5000"),
+        (
+            lambda: BarScenario(sensors=Sensors(delay=0.0014)),
+            "delay: 0.0014 s must be whole",
+        ),
+        (
+            lambda: BarScenario(sensors=Sensors(rate="fast")),
+            "rate: 'fast' must be a number",
+        ),
+        (lambda: BarScenario(sensors=Sensors(rate=math.nan)), "sensors: rate is nan"),
+        (lambda: BarScenario(duration=1e-4), "duration: 0.0001 s must be from 0.001 to 600"),
+        (lambda: BarScenario(duration=math.nan), "duration: nan s must be from"),
+        (lambda: BarScenario(seed=-1), "seed: -1 must be from 0 to 2147483647"),
+        (lambda: BarScenario(seed=2**31), "seed: 2147483648 must be from"),
+        (lambda: BarTeam(robots=2.5), "robots: 2.5 must be from 2 to 6, an integer"),
+        (lambda: BarTeam(robots=None), "robots: None must be from"),
+        (lambda: BarTeam(length=math.inf), "bar length: inf m"),
+        (lambda: Ground(height=None), "ground.height: None must be from"),
+        (lambda: Ground(softness=math.nan), "ground.softness: nan s"),
+        (lambda: Force.constant(0, (1e9, 0, 0)), "force.amplitude: 1000000000.0 N must be from"),
+        (lambda: Rope(0, (0, 0, 0), start=2.0, end=1.0), "rope: from 2.0 to 1.0 s"),
     ],
 )
 def test_bad_scenarios_are_explained(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("dt", [0.0004, 0.0015, 0.0123, 1e-10])
+def test_a_planning_period_is_whole_physics_steps(dt):
+    planner = build_planner(BarScenario(), replace(PHYSICS, dt=dt))
+    with pytest.raises(InputError, match=r"planner.dt: .* must be whole physics steps of 0.001 s"):
+        Loop(BarScenario(), planner)
+
+
+def test_a_planning_period_of_ten_steps_is_kept():
+    scenario = BarScenario(duration=0.1)
+    result = run(scenario, build_planner(scenario, replace(PHYSICS, dt=0.01)))
+    np.testing.assert_allclose(np.diff(result.ticks.time), 0.01, atol=1e-9)
+    assert result.duration == pytest.approx(0.1)
+
+
+def test_the_shortest_run_has_one_plan():
+    scenario = BarScenario(duration=1e-3)
+    assert outcome(run(scenario, build_planner(scenario)))["completed"]
+
+
+BACKWARDS = Velocity(-0.5)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"ground": Ground("rough"), "velocity": BACKWARDS}, "left is told to walk off its ground"),
+        ({"ground": Ground("rough"), "duration": 40.0}, "off its ground after 28.6 s, at (13.80"),
+        ({"ground": Ground("rough"), "velocity": Velocity(0.0, 0.3), "duration": 15.0}, "left is"),
+        ({"ground": Ground("rough"), "duration": 40.0, "distance": 10.0}, None),
+        ({"ground": Ground("rough"), "duration": 20.0, "velocity": Velocity(0.5, 0, 0.4)}, None),
+        ({"ground": Ground(step=0.05), "velocity": BACKWARDS}, "left is told"),
+        ({"ground": Ground(step=0.05), "velocity": Velocity(0, -0.2)}, "left is told"),
+        ({"velocity": BACKWARDS, "duration": 60.0}, None),
+        ({"ground": Ground("blocks"), "velocity": BACKWARDS}, None),
+        ({"ground": Ground("rough"), "team": BarTeam(6, length=2.0)}, "after 0.0 s"),
+    ],
+)
+def test_nobody_walks_off_the_height_field(changes, message):
+    found = findings(BarScenario(**changes))
+    assert [f.is_error for f in found] == [True] * len(found)
+    assert bool(found) == (message is not None)
+    assert message is None or message in found[0].message
+
+
+@pytest.mark.parametrize("suite", campaign.SUITES)
+def test_campaigns_stay_on_their_ground(suite):
+    for seed in range(4):
+        assert findings(replace(campaign.SUITES[suite](seed), seed=seed)) == []

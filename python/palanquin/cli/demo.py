@@ -15,6 +15,7 @@ from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
 from palanquin.cli.demo_bar import bar
 from palanquin.cli.demo_options import Headless, JsonFile, OutFolder, Rrd, Video
 from palanquin.cli.watching import progress_bars, show
+from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
     from palanquin.sim.scenarios import Scenario
@@ -69,6 +70,7 @@ def demo(
         int | None,
         typer.Option(
             min=0,
+            max=LAST_SEED,
             help="Of random ditches, and of the start: 0 stands nominally; from 1 on bodies, "
             "velocities and feet are a little off (2 cm, 0.03 rad, 0.05 m/s).",
         ),
@@ -96,11 +98,12 @@ def demo(
         from palanquin.cli.demo_scenario import (
             overridden,
             picture_share,
-            require_possible,
             settings_of,
         )
+        from palanquin.cli.possible import require_possible
         from palanquin.sim.clearance import clearance_figures
         from palanquin.sim.closed_loop import number_of_ticks
+        from palanquin.sim.feasibility import findings
         from palanquin.sim.figures import draw_figures
         from palanquin.sim.kinematic import track
         from palanquin.sim.outcome import outcome
@@ -121,7 +124,7 @@ def demo(
             rate=rate,
             qp=qp,
         )
-        require_possible(scenario)
+        require_possible(findings(scenario))
         scenario.check_tracking(tracking.value)
         files = DemoFiles.prepare(scenario.name, out_folder, rrd, json_file, video)
         out.print(scenario.summary, markup=False)

@@ -16,6 +16,7 @@ from rich.table import Table
 from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_progress_of_lowering
 from palanquin.cli.demo_options import Headless, JsonFile, OutFolder, Rrd, Video
 from palanquin.cli.watching import progress_bars, show
+from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
     from palanquin.problems.clm.references import Velocity
@@ -87,7 +88,10 @@ def bar(
     delay: Annotated[float, typer.Option(help="Of the measured state, s.")] = 0.0,
     duration: Annotated[float, typer.Option(help="Of the run, s.")] = 10.0,
     seed: Annotated[
-        int, typer.Option(min=0, help="Of terrain, noise and, from 1 on, a start a little off.")
+        int,
+        typer.Option(
+            min=0, max=LAST_SEED, help="Of terrain, noise and, from 1 on, a start a little off."
+        ),
     ] = 0,
     tracking: Annotated[
         BarTracking, typer.Option(help="There is only physics here.")
@@ -107,8 +111,10 @@ def bar(
     """
     with reported_errors():
         from palanquin.cli.demo_files import DemoFiles
+        from palanquin.cli.possible import require_possible
         from palanquin.problems.clm.references import Velocity
         from palanquin.sim.bar import texts
+        from palanquin.sim.bar.feasibility import findings
         from palanquin.sim.bar.outcome import outcome
         from palanquin.sim.bar.planners import build_planner
         from palanquin.sim.bar.plots import draw_plots
@@ -134,6 +140,8 @@ def bar(
             duration=duration,
             seed=seed,
         )
+        if not keys:
+            require_possible(findings(scenario))
         files = DemoFiles.prepare("bar", out_folder, rrd, json_file, video)
         out.print(_summary(scenario), markup=False)
         show_progress_of_lowering()

@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from palanquin.cli.console import err
 from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.problems.clm.planner import Planner
-from palanquin.schema import dotted
-from palanquin.sim.feasibility import findings
 from palanquin.sim.rollout import Rollout
 from palanquin.sim.scenarios import Scenario, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
@@ -59,17 +56,6 @@ def parse_velocity(text: str) -> VelocityStep:
         raise ValueError(
             f"--velocity {text}: VX[,VY[,WZ]] is needed, such as 0.4 or 0.3,0,0.2"
         ) from error
-
-
-def require_possible(scenario: Scenario) -> None:
-    """Prints what is doubtful about a scenario; raises ValueError when it cannot be."""
-    found = [(f, f"{dotted(f.path)}: {f.message}") for f in findings(scenario)]
-    for finding, line in found:
-        if not finding.is_error:
-            err.print(f"warning: {line}", markup=False, highlight=False, style="yellow")
-    errors = [line for finding, line in found if finding.is_error]
-    if errors:
-        raise ValueError("this cannot be: " + "; ".join(errors))
 
 
 def picture_share(rollout: Rollout) -> float:

@@ -22,6 +22,7 @@ from palanquin.cli.console import (
     reported_errors,
     show_progress_of_lowering,
 )
+from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
     from palanquin.cli.keyboard import Keyboard
@@ -51,7 +52,9 @@ def teleop(
             help="Without or with Rerun's viewer; a window if there is a display.",
         ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="As of `palanquin demo`.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=LAST_SEED, help="As of `palanquin demo`.")
+    ] = None,
 ) -> None:
     """Drives a team with the keyboard, in real time, and shows its plan live in Rerun.
 
@@ -62,8 +65,10 @@ def teleop(
     Exit status: 0 done, 1 the plan diverged, 2 bad input.
     """
     with reported_errors(), ExitStack() as stack:
-        from palanquin.cli.demo_scenario import overridden, require_possible
+        from palanquin.cli.demo_scenario import overridden
         from palanquin.cli.keyboard import open_keyboard
+        from palanquin.cli.possible import require_possible
+        from palanquin.sim.feasibility import findings
         from palanquin.sim.pilot import Pilot
         from palanquin.sim.scenarios import open_scenario
         from palanquin.sim.scenarios.recorded import CommandRecorder
@@ -71,7 +76,7 @@ def teleop(
         scenario = overridden(open_scenario(name), commands=commands, seed=seed)
         check_writable("--rrd", rrd)
         check_writable("--record", record)
-        require_possible(scenario)
+        require_possible(findings(scenario))
         show_progress_of_lowering()
         planner = scenario.build_planner()
         pilot = None if commands else Pilot(scenario.bodies, scenario.robots[0].gait.name)
