@@ -1,6 +1,6 @@
 """The command `palanquin`: one module a command.
 
-Exit status: 0 done, 1 not solved or not completed, 2 bad input.
+Exit status: 0 done, 1 not solved or not completed, 2 bad input, 130 stopped by Ctrl-C.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,20 +12,37 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.console import (
+    check_writable,
+    err,
+    out,
+    prepare_folder,
+    reported_errors,
+    write_json,
+    writing,
+)
+from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:
     from palanquin.benchmarks.variant import Variant
 
 app = typer.Typer(help="Measure planning steps on this machine.", no_args_is_help=True)
 
+MOST_STEPS = 1_000_000
+MOST_INTERVALS = 1000
+
 Integers = Annotated[str, typer.Option(metavar="N,N,...")]
 Qp = Annotated[str, typer.Option(metavar="NAME,...", help="Back ends; all unless told.")]
-Threads = Annotated[int, typer.Option(min=1, help="For linearising and evaluating knots.")]
+Threads = Annotated[int, typer.Option(min=1, max=64, help="For linearising and evaluating knots.")]
 Repetitions = Annotated[
-    int, typer.Option(min=1, help="Recorded steps of each variant; of cold ones a tenth.")
+    int,
+    typer.Option(
+        min=1, max=MOST_STEPS, help="Recorded steps of each variant; of cold ones a tenth."
+    ),
 ]
-Seed = Annotated[int, typer.Option(min=0, help="Of the disturbances, equal for all variants.")]
+Seed = Annotated[
+    int, typer.Option(min=0, max=LAST_SEED, help="Of the disturbances, equal for all variants.")
+]
 Folder = Annotated[
     Path | None,
     typer.Option("--out", metavar="FOLDER", help="For pictures and rows.", show_default="out/..."),
@@ -104,12 +120,16 @@ def solver(
 @app.command()
 def peers(
     robots: Annotated[int, typer.Option(help="Size of the team, 1 to 4.")] = 2,
-    horizon: Annotated[int, typer.Option(min=1, help="Intervals of 1/30 s.")] = 15,
+    horizon: Annotated[
+        int, typer.Option(min=1, max=MOST_INTERVALS, help="Intervals of 1/30 s.")
+    ] = 15,
     acados: Annotated[
         Path | None,
         typer.Option(metavar="VENV", help="A virtual environment with comma-deps-acados."),
     ] = None,
-    repetitions: Annotated[int, typer.Option(min=1, help="Problems that each peer solves.")] = 20,
+    repetitions: Annotated[
+        int, typer.Option(min=1, max=MOST_STEPS, help="Problems that each peer solves.")
+    ] = 20,
     seed: Seed = 0,
     folder: Folder = None,
     json_file: JsonFile = None,
@@ -143,15 +163,12 @@ class _Outputs:
     def __post_init__(self) -> None:
         check_writable("--json", self.json_file)
         check_writable("--rrd", self.rrd)
-        if self.folder.exists() and not self.folder.is_dir():
-            raise ValueError(f"--out {self.folder} is a file; a folder is needed")
+        prepare_folder("--out", self.folder)
 
     def write(self, results: dict[str, Any]) -> None:
         """All rows, into the folder and to --json."""
-        text = json.dumps(results, allow_nan=False, indent=1) + "\n"
-        for file in (self.folder / "results.json", self.json_file):
-            if file is not None:
-                file.write_text(text, encoding="utf-8")
+        write_json("--out", self.folder / "results.json", results, indent=1)
+        write_json("--json", self.json_file, results, indent=1)
 
 
 Report = Callable[[dict[str, Any], Path, Console], list[Path]]
@@ -173,7 +190,8 @@ def _measure(
         results = measurement.run(variants, advance, announce)
     outputs.write(results)
     if outputs.rrd is not None:
-        recording.record(results["rows"], outputs.rrd)
+        with writing("--rrd", outputs.rrd):
+            recording.record(results["rows"], outputs.rrd)
     pictures = report(results, outputs.folder, out)
     out.print("pictures:", *map(str, pictures), markup=False, highlight=False)
 
@@ -196,6 +214,8 @@ def _integers(option: str, text: str) -> list[int]:
         raise ValueError(f"{option} {text!r}: integers separated by commas are needed") from None
     if min(values) < 1 or len(set(values)) < len(values):
         raise ValueError(f"{option} {text!r}: values must be at least 1, and differ")
+    if max(values) > MOST_INTERVALS:
+        raise ValueError(f"{option} {text!r}: values must be at most {MOST_INTERVALS}")
     return values
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 
 
 def holonomic(
-    samples: Annotated[int, typer.Option(min=10, help="Plans of each planner.")] = 2000,
-    problems: Annotated[int, typer.Option(min=1, help="QPs that each other solver gets.")] = 20,
+    samples: Annotated[
+        int, typer.Option(min=10, max=1_000_000, help="Plans of each planner.")
+    ] = 2000,
+    problems: Annotated[
+        int, typer.Option(min=1, max=10_000, help="QPs that each other solver gets.")
+    ] = 20,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
     ] = None,
@@ -47,8 +50,7 @@ def holonomic(
             "machine": describe_machine(),
             "revision": source_revision(),
         }
-        if json_file is not None:
-            json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+        write_json("--json", json_file, results)
     out.print(_table(rows))
     out.print(f"The paper's machine: {PAPER_MS} ms.", markup=False)
 

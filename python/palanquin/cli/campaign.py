@@ -9,7 +9,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.console import check_writable, err, out, prepare_folder, reported_errors
 
 app = typer.Typer(help="Runs a suite over many seeds; a stopped one goes on.", no_args_is_help=True)
 
@@ -32,8 +32,8 @@ def bar(
     planners: Annotated[
         str, typer.Option(help="Some of centralized, distributed, nominal, with commas.")
     ] = "centralized,distributed",
-    seeds: Annotated[int, typer.Option(help="Seeds 1 to this one.")] = 20,
-    jobs: Annotated[int, typer.Option(help="Processes.")] = 2,
+    seeds: Annotated[int, typer.Option(min=1, max=10_000, help="Seeds 1 to this one.")] = 20,
+    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes.")] = 2,
     json_file: Annotated[
         Path | None,
         typer.Option("--json", help="Results, one line a run; continued if it exists."),
@@ -50,7 +50,8 @@ def bar(
         check_writable("--json", json_file)
         path = json_file or Path("out") / "campaign" / f"bar-{suite}.jsonl"
         wanted = campaigns.trials(suite, tuple(planners.split(",")), seeds)
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if json_file is None:
+            prepare_folder("--json", path.parent)
         results = campaigns.Results(path)
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
         with Progress(*columns, TimeRemainingColumn(), console=err, transient=True) as progress:

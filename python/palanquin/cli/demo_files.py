@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from palanquin.cli.console import check_writable, err
+from palanquin.cli.console import check_writable, err, prepare_folder, write_json, writing
 from palanquin.sim.errors import GraphicsError, MissingExtraError
 from palanquin.sim.render import Motion, render_picture, render_video
 
@@ -35,14 +34,13 @@ class DemoFiles:
     ) -> DemoFiles:
         """Files in `out`/`name`, which is created, unless told otherwise.
 
-        Raises ValueError or OSError for a place where nothing can be written.
+        Raises ValueError for a place where nothing can be written.
         """
         check_writable("--rrd", rrd)
         check_writable("--json", figures)
-        if out.exists() and not out.is_dir():
-            raise ValueError(f"--out {out} is a file; a folder is needed")
+        prepare_folder("--out", out)
         folder = out / name
-        folder.mkdir(parents=True, exist_ok=True)
+        prepare_folder("--out", folder)
         return DemoFiles(
             recording=rrd or folder / f"{name}.rrd",
             figures=figures or folder / f"{name}.json",
@@ -65,21 +63,24 @@ class DemoFiles:
         `plot` and `record` write the plots and the recording to a path; `motion` is drawn,
         as a picture after `picture_share` of its duration.
         """
-        text = json.dumps(figures, indent=2, allow_nan=False)
-        self.figures.write_text(text + "\n", encoding="utf-8")
-        plot(self.plots)
+        write_json("--json", self.figures, figures, indent=2)
+        with writing("--out", self.plots):
+            plot(self.plots)
         written = {"figures": self.figures, "plots": self.plots}
         try:
-            record(self.recording)
+            with writing("--rrd", self.recording):
+                record(self.recording)
             written["recording"] = self.recording
         except MissingExtraError as error:
             err.print(f"no recording: {error}", markup=False, style="yellow")
         try:
             time = picture_share * motion.time[-1]
-            render_picture(motion, self.picture, time)
+            with writing("--out", self.picture):
+                render_picture(motion, self.picture, time)
             written["picture"] = self.picture
             if self.video is not None:
-                render_video(motion, self.video, progress=progress)
+                with writing("--out", self.video):
+                    render_video(motion, self.video, progress=progress)
                 written["video"] = self.video
         except GraphicsError as error:
             err.print(f"no picture, no video: {error}", markup=False, style="yellow")

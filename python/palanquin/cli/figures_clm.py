@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,8 +16,16 @@ from rich.progress import (
 )
 from rich.table import Table
 
-from palanquin.cli.console import NOT_SOLVED, check_writable, err, out, reported_errors
-from palanquin.cli.figures_options import Folder, Headless, JsonFile, check_folder
+from palanquin.cli.console import (
+    NOT_SOLVED,
+    check_writable,
+    err,
+    out,
+    prepare_folder,
+    reported_errors,
+    write_json,
+)
+from palanquin.cli.figures_options import Folder, Headless, JsonFile
 
 if TYPE_CHECKING:
     from palanquin.benchmarks.clm_paper.reproduction import Progress as Report
@@ -26,7 +33,10 @@ if TYPE_CHECKING:
 
 def clm(
     seeds: Annotated[
-        int | None, typer.Option(help="Runs of each experiment.", show_default="20, quick 2")
+        int | None,
+        typer.Option(
+            min=1, max=10_000, help="Runs of each experiment.", show_default="20, quick 2"
+        ),
     ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="About two minutes: few seeds, steps and cases.")
@@ -49,15 +59,14 @@ def clm(
         from palanquin.benchmarks.clm_paper.reproduction import QUICK, Effort, reproduce
 
         check_writable("--json", json_file)
-        check_folder(folder)
+        prepare_folder("--out", folder)
         effort = QUICK if quick else Effort()
         if seeds is not None:
             effort = replace(effort, seeds=seeds)
         columns = TextColumn("{task.description:<18}"), BarColumn(), TaskProgressColumn()
         with Progress(*columns, TimeElapsedColumn(), console=err) as bar:
             results, files = reproduce(folder, effort, not fresh, _report(bar))
-    if json_file is not None:
-        json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+        write_json("--json", json_file, results)
     out.print(_table(results))
     for file in files:
         out.print(str(file), markup=False, highlight=False, soft_wrap=True)

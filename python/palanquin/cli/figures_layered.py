@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
@@ -10,8 +9,15 @@ import typer
 from rich.markdown import Markdown
 from rich.progress import Progress, TaskID
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
-from palanquin.cli.figures_options import Folder, Headless, JsonFile, check_folder
+from palanquin.cli.console import (
+    check_writable,
+    err,
+    out,
+    prepare_folder,
+    reported_errors,
+    write_json,
+)
+from palanquin.cli.figures_options import Folder, Headless, JsonFile
 
 
 def layered(
@@ -32,7 +38,7 @@ def layered(
         from palanquin.benchmarks.layered.report import reproduce
 
         check_writable("--json", json_file)
-        check_folder(folder)
+        prepare_folder("--out", folder)
         with Progress(console=err) as bar:
             tasks: dict[str, TaskID] = {}
 
@@ -43,10 +49,9 @@ def layered(
 
             results, files = reproduce(folder, quick, progress)
             rows, drawn = reproduce_physics(folder, 3.0 if quick else 10.0, progress)
-    results["physics"] = rows
-    files += drawn
-    if json_file is not None:
-        json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+        results["physics"] = rows
+        files += drawn
+        write_json("--json", json_file, results)
     report = next(file for file in files if file.name == "report.md").read_text(encoding="utf-8")
     out.print(Markdown(report.split("## Figures")[0]))
     out.print(Markdown(f"## Full physics\n\n{physics_table(rows)}"))

@@ -10,9 +10,3 @@ import typer
 Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For everything.")]
 JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all results.")]
 Headless = Annotated[bool, typer.Option("--headless", help="Open no window; figures never do.")]
-
-
-def check_folder(folder: Path) -> None:
-    """Raises ValueError when something else has the folder's name."""
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"--out {folder} is a file; a folder is needed")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +16,7 @@ from palanquin.cli.console import (
     out,
     reported_errors,
     show_progress_of_lowering,
+    write_json,
 )
 
 
@@ -34,12 +34,14 @@ def solve(
         Solver, typer.Option(help="One SQP iteration, SQP to convergence, or Ipopt.")
     ] = Solver.SQP,
     qp: Annotated[str | None, typer.Option(help="Back end of the SQP's subproblem.")] = None,
-    iterations: Annotated[int | None, typer.Option(min=1, help="Iteration limit.")] = None,
+    iterations: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000, help="Iteration limit.")
+    ] = None,
     penalty: Annotated[
         bool, typer.Option("--penalty", help="Ipopt with penalties; the SQP always has them.")
     ] = False,
     starts: Annotated[
-        int, typer.Option(min=1, help="Foothold choices to try where ditches leave some.")
+        int, typer.Option(min=1, max=1000, help="Foothold choices to try where ditches leave some.")
     ] = 16,
     file: Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")] = None,
 ) -> None:
@@ -62,8 +64,7 @@ def solve(
         show_progress_of_lowering()
         result: CaseResult = solve_case(problem, solver.value, qp, iterations, penalty, starts)
         figures = result.to_json()
-        if file is not None:
-            file.write_text(json.dumps(figures, allow_nan=False) + "\n", encoding="utf-8")
+        write_json("--out", file, figures)
     out.print(_summary(case.stem, figures))
     if not result.solved:
         worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
@@ -80,8 +81,7 @@ def _solve_layered(case: Path, data: Any, qp: str | None, file: Path | None) -> 
     show_progress_of_lowering()
     result = solve_layered_case(problem, qp)
     figures = result.to_json()
-    if file is not None:
-        file.write_text(json.dumps(figures, allow_nan=False) + "\n", encoding="utf-8")
+    write_json("--out", file, figures)
     table = Table(title=case.stem, show_header=False)
     for key in ("status", "message"):
         table.add_row(key, figures[key])

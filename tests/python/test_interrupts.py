@@ -1,0 +1,89 @@
+"""Ctrl-C ends what runs: exit status 130, no traceback, and what is done is kept."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+import palanquin as pq
+
+PALANQUIN = Path(sys.executable).with_name("palanquin")
+CASES = Path(__file__).parents[1] / "data" / "cases"
+
+# Runs a command of the package and sends itself what a terminal sends on Ctrl-C, as soon as the
+# function is called in which the command spends its time.
+INTERRUPTED = """
+import importlib, os, signal, sys
+module, name = sys.argv[1].rsplit(".", 1)
+owner = importlib.import_module(module)
+original = getattr(owner, name)
+def interrupted(*arguments, **options):
+    os.kill(os.getpid(), signal.SIGINT)
+    return original(*arguments, **options)
+setattr(owner, name, interrupted)
+from palanquin.cli import app
+app(sys.argv[2:])
+"""
+
+
+def interrupted(where, *arguments, cwd):
+    command = [sys.executable, "-c", INTERRUPTED, where, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd)
+
+
+@pytest.mark.parametrize(
+    ("where", "arguments"),
+    [
+        ("palanquin.problems.clm.solve.solve_case", ["solve", CASES / "stand.json"]),
+        ("palanquin.sim.closed_loop.nominal_step", ["demo", "trot", "--no-video"]),
+        ("palanquin.sim.bar.run.next_bodies", ["demo", "bar", "--no-video"]),
+        ("palanquin.sim.bar.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
+        ("palanquin.benchmarks.measurement.take_turns", ["bench", "solver", "--quick"]),
+        ("palanquin.sim.feasibility.findings", ["scenario", "check", "trot"]),
+    ],
+)
+def test_a_command_says_that_it_was_stopped(where, arguments, tmp_path):
+    result = interrupted(where, *arguments, cwd=tmp_path)
+    assert result.returncode == 130, result.stderr
+    assert "stopped" in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_a_stopped_campaign_goes_on(tmp_path):
+    file = tmp_path / "runs.jsonl"
+    row = {"suite": "flat", "planner": "nominal", "seed": 1}
+    file.write_text(json.dumps(row) + "\n")
+    options = ["--planners", "nominal", "--seeds", "3", "--jobs", "2", "--json", file]
+    where = "palanquin.sim.bar.campaign.as_completed"
+    result = interrupted(where, "campaign", "bar", *options, cwd=tmp_path)
+    assert result.returncode == 130, result.stderr
+    assert [json.loads(line) for line in file.read_text().splitlines()] == [row]
+
+
+SOLVERS = {
+    "ipopt": lambda problem: pq.Ipopt(problem, tolerance=1e-300),
+    "osqp": lambda problem: pq.Sqp(problem, qp="osqp"),
+}
+
+
+def solve_for_ever(solver, params, measured):
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    while True:
+        solver.solve(params, measured)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_a_solver_is_usable_after_an_interrupt(lowered, name):
+    problem = lowered("Hopper")
+    params, measured = problem.parameters(), problem.knot()
+    solver = SOLVERS[name](problem)
+    with pytest.raises(KeyboardInterrupt):
+        solve_for_ever(solver, params, measured)
+    first, again = (solver.solve(params, measured) for _ in range(2))
+    assert first.status == again.status
+    assert first.cost == again.cost
