@@ -18,6 +18,12 @@ namespace palanquin {
 
 namespace {
 
+/// Lets Python's handlers answer signals in the middle of a long solve; false if one raised.
+bool no_signal_came() {
+  nb::gil_scoped_acquire acquire;
+  return !PyErr_Occurred() && PyErr_CheckSignals() == 0;
+}
+
 void bind_settings(nb::module_& m) {
   nb::class_<LineSearchSettings>(m, "LineSearchSettings")
       .def(nb::init<>())
@@ -214,8 +220,18 @@ void bind_solvers(nb::module_& m) {
           },
           "problem"_a, "nlp_library"_a, "horizon"_a, "settings"_a)
       .def("set_policy", &Ipopt::set_policy, "family"_a, "policy"_a)
-      .def("solve", &Ipopt::solve, "parameters"_a, "measured"_a, "guess"_a,
-           nb::call_guard<nb::gil_scoped_release>())
+      .def(
+          "solve",
+          [](Ipopt& self, MatrixView parameters, VectorView measured, MatrixView guess) {
+            IpoptResult result;
+            {
+              nb::gil_scoped_release release;
+              result = self.solve(parameters, measured, guess, no_signal_came);
+            }
+            if (PyErr_Occurred()) throw nb::python_error();
+            return result;
+          },
+          "parameters"_a, "measured"_a, "guess"_a)
       .def_prop_ro("transcription", &Ipopt::transcription, nb::rv_policy::reference_internal);
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "ipopt_status.hpp"
 #include "nlp.hpp"
 #include "setting_rules.hpp"
 
@@ -38,33 +39,26 @@ void Ipopt::set_policy(const std::string& family, const Policy& policy) {
 
 namespace {
 
-std::pair<Status, std::string> interpret(::Ipopt::ApplicationReturnStatus status) {
-  switch (status) {
-    case ::Ipopt::Solve_Succeeded:
-      return {Status::Converged, "optimal"};
-    case ::Ipopt::Solved_To_Acceptable_Level:
-      return {Status::Converged, "solved to Ipopt's acceptable level"};
-    case ::Ipopt::Infeasible_Problem_Detected:
-      return {Status::Infeasible, "converged to a point of local infeasibility"};
-    case ::Ipopt::Search_Direction_Becomes_Too_Small:
-      return {Status::Stalled, "the search direction became too small"};
-    case ::Ipopt::Maximum_Iterations_Exceeded:
-      return {Status::NotSolved, "maximum number of iterations exceeded"};
-    case ::Ipopt::Maximum_CpuTime_Exceeded:
-    case ::Ipopt::Maximum_WallTime_Exceeded:
-      return {Status::NotSolved, "maximum time exceeded"};
-    case ::Ipopt::Invalid_Number_Detected:
-      return {Status::NonFinite, "a function is not finite"};
-    case ::Ipopt::Restoration_Failed:
-      return {Status::Infeasible, "the restoration of feasibility failed"};
-    default:
-      return {Status::QpFailed, "Ipopt stopped with code " + std::to_string(status)};
+/// The program, which stops when nobody wants it any more.
+class WatchedNlp final : public Nlp {
+ public:
+  using Nlp::Nlp;
+  std::function<bool()> goes_on;
+
+ private:
+  bool intermediate_callback(::Ipopt::AlgorithmMode, ::Ipopt::Index, ::Ipopt::Number,
+                             ::Ipopt::Number, ::Ipopt::Number, ::Ipopt::Number, ::Ipopt::Number,
+                             ::Ipopt::Number, ::Ipopt::Number, ::Ipopt::Number, ::Ipopt::Index,
+                             const ::Ipopt::IpoptData*,
+                             ::Ipopt::IpoptCalculatedQuantities*) override {
+    return !goes_on || goes_on();
   }
-}
+};
 
 }  // namespace
 
-IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
+IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
+                         const std::function<bool()>& goes_on) {
   transcription_.set_parameters(parameters);
   transcription_.set_measured(measured);
   RowMatrix start = guess;
@@ -79,8 +73,10 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
     result.trajectory = start;
     return result;
   }
-  ::Ipopt::SmartPtr<Nlp> nlp = new Nlp(*problem_, *functions_, transcription_, settings_.penalize,
-                                       parameters, transcription_.measured(), start);
+  ::Ipopt::SmartPtr<WatchedNlp> nlp =
+      new WatchedNlp(*problem_, *functions_, transcription_, settings_.penalize, parameters,
+                     transcription_.measured(), start);
+  nlp->goes_on = goes_on;
   ::Ipopt::SmartPtr<::Ipopt::IpoptApplication> application = IpoptApplicationFactory();
   auto options = application->Options();
   options->SetIntegerValue("print_level", settings_.print_level);
@@ -98,7 +94,7 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
   const std::chrono::duration<double, std::milli> elapsed =
       std::chrono::steady_clock::now() - start_time;
 
-  std::tie(result.status, result.message) = interpret(status);
+  std::tie(result.status, result.message) = interpret_ipopt(status);
   if (::Ipopt::IsValid(application->Statistics()))
     result.iterations = application->Statistics()->IterationCount();
   result.milliseconds = elapsed.count();

@@ -183,6 +183,15 @@ class OsqpQpSolver final : public QpSolver {
 
 }  // namespace
 
+// OSQP's own listener takes the place of the program's handler of SIGINT during a solve, so that a
+// Ctrl-C is swallowed; with solves in several threads it even stays, since each puts back what it
+// found. With these definitions the archive's are left out: the program's handler runs as ever.
+extern "C" {
+void osqp_start_interrupt_listener() {}
+void osqp_end_interrupt_listener() {}
+int osqp_is_interrupted() { return 0; }
+}
+
 std::unique_ptr<QpSolver> make_osqp_qp_solver(const OsqpSettings& settings) {
   return std::make_unique<OsqpQpSolver>(settings);
 }

@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <csignal>
 
 #include "palanquin/solvers/qp_factory.hpp"
 #include "support/dense_qp.hpp"
 #include "support/random_stage_qp.hpp"
+
+extern "C" void osqp_start_interrupt_listener();
 
 namespace palanquin {
 namespace {
@@ -83,6 +86,16 @@ TEST(Osqp, PolishingSharpensTheSolution) {
   const Solved polished = solve(qp, *make_qp_solver("osqp", settings));
   EXPECT_LT(kkt_residual(qp, polished.model, polished.solution).max(),
             1e-3 * kkt_residual(qp, rough.model, rough.solution).max());
+}
+
+volatile std::sig_atomic_t interrupts = 0;
+
+TEST(Osqp, LeavesInterruptsToTheProgram) {
+  auto* before = std::signal(SIGINT, [](int) { interrupts = interrupts + 1; });
+  osqp_start_interrupt_listener();  // what each of its solves begins with
+  std::raise(SIGINT);
+  std::signal(SIGINT, before);
+  EXPECT_EQ(interrupts, 1);
 }
 
 }  // namespace

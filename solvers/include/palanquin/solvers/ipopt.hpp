@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -46,8 +47,10 @@ class Ipopt {
   /// Sets the policy of an inequality family; matters with `penalize` only.
   void set_policy(const std::string& family, const Policy& policy);
 
-  /// Shapes: parameters [N + 1, np], measured [nz], guess [N + 1, nz].
-  IpoptResult solve(MatrixView parameters, VectorView measured, MatrixView guess);
+  /// Shapes: parameters [N + 1, np], measured [nz], guess [N + 1, nz]. `goes_on` is asked after
+  /// every iteration; the solve stops when it says no.
+  IpoptResult solve(MatrixView parameters, VectorView measured, MatrixView guess,
+                    const std::function<bool()>& goes_on = {});
 
   /// The transcription in the paper's form, for evaluating results.
   Transcription& transcription() { return transcription_; }
