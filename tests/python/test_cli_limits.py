@@ -1,41 +1,47 @@
 """Whatever number or place an option is given: it is used, or refused by name before any work."""
 
 import os
+import re
 from pathlib import Path
+from typing import Annotated, get_origin, get_type_hints
 
 import pytest
-from typer.main import get_command
+from typer.models import OptionInfo
 from typer.testing import CliRunner
 
 from palanquin.cli import app
 from palanquin.cli.console import check_writable, prepare_folder, write_json
+from palanquin.cli.default_command import DEFAULT
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "stand.json"
+NUMBER = re.compile(r"\bint\b|\bfloat\b")
 NEEDED = {"solve": [str(CASE)], "demo": ["trot"], "teleop": ["trot"]}
 
 
-def commands(group=None, words=()):
-    """All commands of the package that have options, with the words that call them."""
-    group = get_command(app) if group is None else group
-    for name, command in group.commands.items():
-        here = (*words, name) if name != "scenario" or words != ("demo",) else words
-        if hasattr(command, "commands"):
-            yield from commands(command, here)
-        else:
-            yield here, command
+def commands(group=app, words=()):
+    """All commands of the package: the words that call each, and its function."""
+    for command in group.registered_commands:
+        name = command.name or command.callback.__name__
+        yield words if name == DEFAULT else (*words, name), command.callback
+    for part in group.registered_groups:
+        yield from commands(part.typer_instance, (*words, part.name))
 
 
-NUMBERS = [
-    (words, option.opts[0], option.type.name.partition(" ")[0])
-    for words, command in commands()
-    for option in command.params
-    if option.param_type_name == "option" and option.type.name.split(" ")[0] in ("integer", "float")
-]
+def options():
+    """(words, option, type) of all options of all commands."""
+    for words, function in commands():
+        for name, hint in get_type_hints(function, include_extras=True).items():
+            if get_origin(hint) is Annotated and isinstance(hint.__metadata__[0], OptionInfo):
+                kind, info = hint.__origin__, hint.__metadata__[0]
+                names = [n for n in (info.default, *(info.param_decls or ())) if isinstance(n, str)]
+                yield words, (names or [f"--{name.replace('_', '-')}"])[0], str(kind)
+
+
+NUMBERS = [(words, option, kind) for words, option, kind in options() if NUMBER.search(kind)]
 PLACES = [
-    (words, option.opts[0])
-    for words, command in commands()
-    for option in command.params
-    if option.opts[0] in ("--json", "--rrd", "--out", "--record")
+    (words, option)
+    for words, option, _ in options()
+    if option in ("--json", "--rrd", "--out", "--record")
 ]
 
 
@@ -43,6 +49,12 @@ def run(words, *options):
     return CliRunner().invoke(
         app, [*words, *NEEDED.get(words[0] if len(words) == 1 else "", []), *options]
     )
+
+
+def test_there_are_many():
+    assert len(NUMBERS) > 25
+    assert len(PLACES) > 15
+    assert (("demo",), "--rate") in [(words, option) for words, option, _ in NUMBERS]
 
 
 def refused(result, option):
@@ -56,7 +68,7 @@ def refused(result, option):
 def test_senseless_numbers_are_refused(words, option, kind, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     values = ["-1", "x", "", "99999999999999999999999999"]
-    values += ["1.5"] if kind == "integer" else ["nan", "inf", "-inf", "1e308"]
+    values += ["1.5"] if "int" in kind else ["nan", "inf", "-inf", "1e308"]
     for value in values:
         refused(run(words, option, value), option)
 

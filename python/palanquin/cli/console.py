@@ -51,24 +51,23 @@ def check_writable(option: str, file: Path | None) -> None:
     """Refuses an unusable output file before the work is done, not after it."""
     if file is None:
         return
-    if file.is_dir():
-        raise ValueError(f"{option} {file} is a folder; a file name is needed")
-    if not file.absolute().parent.is_dir():
-        raise ValueError(f"{option} {file}: there is no folder {file.absolute().parent}")
-    if file.is_fifo():
-        return
     with writing(option, file):
+        if file.is_dir():
+            raise ValueError(f"{option} {file} is a folder; a file name is needed")
+        if not file.absolute().parent.is_dir():
+            raise ValueError(f"{option} {file}: there is no folder {file.absolute().parent}")
         is_new = not file.exists()
-        file.open("ab").close()
+        if is_new or file.is_file():
+            file.open("ab").close()
         if is_new:
             file.unlink()
 
 
 def prepare_folder(option: str, folder: Path) -> None:
     """Makes a folder for results; refuses an unusable place before the work is done."""
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{option} {folder} is a file; a folder is needed")
     with writing(option, folder):
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"{option} {folder} is a file; a folder is needed")
         folder.mkdir(parents=True, exist_ok=True)
         TemporaryFile(dir=folder).close()
 
