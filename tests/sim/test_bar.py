@@ -299,7 +299,7 @@ BACKWARDS = Velocity(-0.5)
     ("changes", "message"),
     [
         ({"ground": Ground("rough"), "velocity": BACKWARDS}, "left is told to walk off its ground"),
-        ({"ground": Ground("rough"), "duration": 40.0}, "off its ground after 28.6 s, at (13.80"),
+        ({"ground": Ground("rough"), "duration": 40.0}, "off its ground after 28.7 s, at (13.8"),
         ({"ground": Ground("rough"), "velocity": Velocity(0.0, 0.3), "duration": 15.0}, "left is"),
         ({"ground": Ground("rough"), "duration": 40.0, "distance": 10.0}, None),
         ({"ground": Ground("rough"), "duration": 20.0, "velocity": Velocity(0.5, 0, 0.4)}, None),
