@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 from palanquin.errors import ProblemError
+from palanquin.schema import LAST_SEED
 
 
 def loops(
     problems: Annotated[
         str, typer.Option(metavar="NAME,...", help="Such as pendulum,carrying; all unless told.")
     ] = "",
-    seed: Annotated[int, typer.Option(min=0, help="Of the kicks, equal for all.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")
+    ] = 0,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
     ] = None,
@@ -44,8 +46,7 @@ def loops(
         with err.status("lowering") as status:
             rows = run_loops(chosen, seed, status.update)
         results = {"rows": rows, "machine": describe_machine(), "revision": source_revision()}
-        if json_file is not None:
-            json_file.write_text(json.dumps(results, allow_nan=False) + "\n", encoding="utf-8")
+        write_json("--json", json_file, results)
     out.print(_table(rows))
 
 

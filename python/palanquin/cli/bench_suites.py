@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from palanquin.cli.console import check_writable, err, out, reported_errors
+from palanquin.cli.console import (
+    check_writable,
+    err,
+    out,
+    prepare_folder,
+    reported_errors,
+    write_json,
+)
 from palanquin.errors import ProblemError
 
 
@@ -19,7 +25,9 @@ def suites(
     solvers: Annotated[
         str, typer.Option(metavar="NAME;...", help='Such as "structured; osqp, exact".')
     ] = "",
-    random: Annotated[int, typer.Option(min=0, help="Random starts besides rest and line.")] = 1,
+    random: Annotated[
+        int, typer.Option(min=0, max=1000, help="Random starts besides rest and line.")
+    ] = 1,
     references: Annotated[
         bool, typer.Option("--references", help="Make the reference optima anew by Ipopt first.")
     ] = False,
@@ -50,6 +58,7 @@ def suites(
 
     with reported_errors():
         check_writable("--json", json_file)
+        prepare_folder("--out", folder)
         names = [name.strip() for name in problems.split(",") if name.strip()]
         for name in names:
             if name not in COLLECTION:
@@ -60,9 +69,7 @@ def suites(
         with err.status("lowering") as status:
             costs = make_references(ocps, status.update) if references else load_references()
             results = run_suite(ocps, by, costs, random, folder, resume, status.update)
-        text = json.dumps(results, allow_nan=False, indent=1) + "\n"
-        for file in (folder / "results.json", json_file):
-            if file is not None:
-                file.write_text(text, encoding="utf-8")
+        write_json("--out", folder / "results.json", results, indent=1)
+        write_json("--json", json_file, results, indent=1)
         pictures = report_suite(results, folder, out)
     out.print("pictures:", *map(str, pictures), markup=False, highlight=False)
