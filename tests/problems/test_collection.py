@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from support.manifold import jacobian, retract, state_difference
+from support.manifold import jacobian, retract, second_differences, state_difference
 
 import palanquin as pq
 from palanquin import lowering
@@ -71,6 +71,40 @@ def test_derivatives(name, lowered):
     assert_close(dg, knot.differences("terminal", 1))
     assert_close(dh, knot.differences("terminal", 2))
     assert_close(knot("link_linear")[2], knot.differences("link", 0))
+
+
+# `carrying` has more than a hundred directions; its terms are tested in test_derivatives.py.
+@pytest.mark.parametrize("name", [n for n in COLLECTION if n != "carrying"])
+def test_exact_hessians(name, lowered):
+    knot = Knot(name, lowered(name))
+    problem, rng = knot.problem, np.random.default_rng(3)
+    exact = {f.name(): f for f in lowering.exact_hessian_functions(problem)}
+    k = lowering.knot_symbols(problem)
+    following = ca.Function("next", [k.z, k.p], [lowering.explicit_next_state(problem)])
+
+    def next_state(dz):
+        z = knot.z if dz is None else retract(problem, knot.z, dz)
+        return np.array(following(z, knot.p)).ravel()
+
+    base = next_state(None)
+    size = state_difference(problem, base, base).size
+    for at in ("running", "terminal"):
+        rows = [value.ravel() for value in knot(at)[-2:]]
+        own = [rng.normal(size=r.size) for r in rows]
+        dynamics = rng.normal(size=size if at == "running" else 0)
+
+        def lagrangian(dz, at=at, own=own, dynamics=dynamics):
+            *_, cost, g, h = knot(at, dz)
+            value = cost.item() + own[0] @ g.ravel() + own[1] @ h.ravel()
+            if at == "running":
+                value += dynamics @ state_difference(problem, next_state(dz), base)
+            return value
+
+        more = [np.zeros(len(problem.blocks)), dynamics] if at == "running" else []
+        lower = exact[f"exact_{at}"](knot.z, knot.p, *more, *own)
+        expected = np.tril(second_differences(lagrangian, knot.ndz))
+        scale = max(1.0, np.abs(expected).max())
+        np.testing.assert_allclose(np.array(ca.densify(lower)), expected, rtol=0, atol=1e-4 * scale)
 
 
 @pytest.mark.parametrize("name", COLLECTION)

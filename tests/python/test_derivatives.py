@@ -3,7 +3,14 @@
 import casadi as ca
 import numpy as np
 import pytest
-from support.manifold import jacobian, parts, random_knot, retract, state_difference
+from support.manifold import (
+    jacobian,
+    parts,
+    random_knot,
+    retract,
+    second_differences,
+    state_difference,
+)
 from support.small_problems import LIBRARY
 
 TOLERANCE = 2e-7  # of central differences, relative to the largest entry or to 1
@@ -223,22 +230,6 @@ def test_exact_hessian_on_a_chart(lowered):
     full = (lower + np.tril(lower, -1).T)[own, own]
     slope = code("chart", code.z, code.p)[1].reshape(2, 3).T
     assert_close(slope.T @ full @ slope, second_differences(lagrangian, 2), 2e-5)
-
-
-def second_differences(function, size, step=1e-3):
-    """Hessian of function(d) at d = 0, central differences of fourth order in one step."""
-    e = step * np.eye(size)
-
-    def mixed(i, j, scale):
-        a, b = scale * e[i], scale * e[j]
-        values = function(a + b) - function(a - b) - function(b - a) + function(-a - b)
-        return values / (4 * (scale * step) ** 2)
-
-    hessian = np.empty((size, size))
-    for i in range(size):
-        for j in range(i + 1):
-            hessian[i, j] = hessian[j, i] = (4 * mixed(i, j, 1.0) - mixed(i, j, 2.0)) / 3
-    return hessian
 
 
 # ---- the functions that Ipopt calls, in ambient coordinates --------------------------------------

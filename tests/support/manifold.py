@@ -64,3 +64,19 @@ def jacobian(function, size: int, step: float = 1e-6) -> np.ndarray:
     """Central differences of function(d) at d = 0 in R^size, one column a direction."""
     columns = [(function(step * e) - function(-step * e)) / (2 * step) for e in np.eye(size)]
     return np.array(columns).T
+
+
+def second_differences(function, size, step=1e-3):
+    """Hessian of function(d) at d = 0, central differences of fourth order in one step."""
+    e = step * np.eye(size)
+
+    def mixed(i, j, scale):
+        a, b = scale * e[i], scale * e[j]
+        values = function(a + b) - function(a - b) - function(b - a) + function(-a - b)
+        return values / (4 * (scale * step) ** 2)
+
+    hessian = np.empty((size, size))
+    for i in range(size):
+        for j in range(i + 1):
+            hessian[i, j] = hessian[j, i] = (4 * mixed(i, j, 1.0) - mixed(i, j, 2.0)) / 3
+    return hessian
