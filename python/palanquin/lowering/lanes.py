@@ -12,6 +12,8 @@ from pathlib import Path
 
 import casadi as ca
 
+from palanquin.lowering.pieces import LONGEST_OVER_LANES, Scope, cut
+
 PRELUDE = Path(__file__).with_name("lanes.h").read_text()
 WINDOW = 8  # entries that `read_rows` takes at a time
 
@@ -60,6 +62,33 @@ def lane_code(function: ca.Function) -> str | None:
 
 
 def _body(function: ca.Function) -> list[str] | None:
+    code, used = _assignments(function)
+    if code is None:
+        return None
+    name = f"{function.name()}_lanes"
+    inputs = [i for i in range(function.n_in()) if used[i]]
+    context = "take_result take, void* context"
+    arrays = [*(f"x{i}" for i in inputs), "y"]
+    scope = Scope(
+        name, "lanes", "w",
+        parameters=", ".join([*(f"lanes* restrict {a}" for a in arrays), context]),
+        arguments=", ".join([*arrays, "take, context"]),
+    )  # fmt: skip
+    pieces, body = cut(code, scope, LONGEST_OVER_LANES)
+    return [
+        *pieces,
+        f"CASADI_SYMBOL_EXPORT void {name}(const double* const* arg, {context}) {{",
+        *(_read(function, i, used[i]) for i in inputs),
+        f"  lanes y[{_largest_result(function)}];",
+        *body,
+        "}",
+    ]
+
+
+def _assignments(function: ca.Function) -> tuple[list[str] | None, list[set[int]]]:
+    """A line of C for each operation, None where one has no lane code; entries that are read of
+    each argument.
+    """
     used: list[set[int]] = [set() for _ in range(function.n_in())]
     taken = 0  # results that are complete
     code = []
@@ -68,7 +97,7 @@ def _body(function: ca.Function) -> list[str] | None:
         operands, result = function.instruction_input(k), function.instruction_output(k)
         if operation == ca.OP_OUTPUT:
             if result[0] < taken:
-                return None  # results share their memory: they must come in order
+                return None, used  # results share their memory: they must come in order
             code += [_take(i) for i in range(taken, result[0])]
             taken = result[0]
             code.append(f"  y[{result[1]}] = w{operands[0]};")
@@ -81,18 +110,10 @@ def _body(function: ca.Function) -> list[str] | None:
         elif operation in _OPERATIONS:
             value = _OPERATIONS[operation].format(*(f"w{i}" for i in operands))
         else:
-            return None
+            return None, used
         code.append(f"  w{result[0]} = {value};")
     code += [_take(i) for i in range(taken, function.n_out())]
-    return [
-        f"CASADI_SYMBOL_EXPORT void {function.name()}_lanes("
-        "const double* const* arg, take_result take, void* context) {",
-        *(_read(function, i, used[i]) for i in range(function.n_in()) if used[i]),
-        f"  lanes y[{_largest_result(function)}];",
-        f"  lanes {', '.join(f'w{i}' for i in range(max(1, function.sz_w())))};",
-        *code,
-        "}",
-    ]
+    return code, used
 
 
 def _take(result: int) -> str:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import casadi as ca
 
 from palanquin.lowering.lanes import PRELUDE, lane_code
+from palanquin.lowering.pieces import in_pieces
+
+INSTRUCTIONS = Path(__file__).with_name("instructions.h").read_text()
 
 # Those that the engine evaluates at every knot of the horizon.
 _OVER_LANES = ("running", "running_linear")
@@ -28,8 +32,8 @@ def source_code(functions: list[ca.Function], manifest: str) -> str:
             over_lanes.append(code)
     if over_lanes:
         over_lanes = [PRELUDE, *over_lanes, _LANE_COUNT]
-    scalar = _without_null_checks(generator.dump())
-    return "\n".join([scalar, *over_lanes, _manifest_code(manifest)])
+    scalar = in_pieces(_without_null_checks(generator.dump()))
+    return "\n".join([scalar, *over_lanes, _manifest_code(manifest), INSTRUCTIONS])
 
 
 _LANE_COUNT = "CASADI_SYMBOL_EXPORT casadi_int palanquin_lanes(void) { return LANES; }\n"
