@@ -5,6 +5,8 @@ Exit status: 0 done, 1 not solved or not completed, 2 bad input, 130 stopped by 
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import typer
 
 from palanquin.cli import (
@@ -19,6 +21,7 @@ from palanquin.cli import (
 )
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
+from palanquin.cli.versions import versions
 
 app = typer.Typer(
     name="palanquin",
@@ -39,6 +42,23 @@ app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")
 
 
+def _show_versions(is_asked: bool) -> None:
+    if is_asked:
+        for name, version in versions().items():
+            print(name, version)
+        raise typer.Exit
+
+
 @app.callback()
-def main() -> None:
+def main(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=_show_versions,
+            is_eager=True,
+            help="Print the versions of palanquin and of what it is linked with.",
+        ),
+    ] = False,
+) -> None:
     """Trajectory optimization for teams of robots that carry a payload together."""
