@@ -9,7 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from palanquin import _core, compilation
+from palanquin import _core, compiler
 from palanquin.errors import LoweringError
 
 
@@ -53,6 +53,6 @@ def _cpu_model() -> str | None:
 
 def _lowering_compiler() -> str | None:
     try:
-        return compilation.compiler_identity(compilation.compiler_command()).partition("\n")[0]
+        return compiler.compiler_identity(compiler.compiler_command()).partition("\n")[0]
     except LoweringError:
         return None

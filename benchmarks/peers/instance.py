@@ -10,7 +10,8 @@ import numpy as np
 from palanquin import lowering
 from palanquin.benchmarks.trot import COMMAND, PERIOD, build_team, disturbed
 from palanquin.benchmarks.variant import Task
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.problem import Block, Problem
 from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import set_contacts, set_references

@@ -1,32 +1,8 @@
 #include "palanquin/core/lowered_function.hpp"
 
-#include <dlfcn.h>
-
 #include <algorithm>
-#include <stdexcept>
 
 namespace palanquin {
-
-LoweredLibrary::LoweredLibrary(const std::string& path) : path_(path) {
-  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (handle == nullptr) {
-    const char* reason = dlerror();
-    throw std::runtime_error("cannot load '" + path + "': " + (reason ? reason : "unknown"));
-  }
-  handle_ = std::shared_ptr<void>(handle, [](void* h) { dlclose(h); });
-}
-
-void* LoweredLibrary::symbol(const std::string& symbol) const {
-  void* address = find_symbol(symbol);
-  if (address == nullptr)
-    throw std::runtime_error("'" + path_ + "' has no symbol '" + symbol +
-                             "'; it was not lowered by this version of Palanquin");
-  return address;
-}
-
-void* LoweredLibrary::find_symbol(const std::string& symbol) const {
-  return dlsym(handle_.get(), symbol.c_str());
-}
 
 namespace {
 

@@ -1,17 +1,48 @@
 #include "palanquin/core/lowered_problem.hpp"
 
-#include <sstream>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
+#include <utility>
 
 namespace palanquin {
 
 namespace {
-constexpr int kManifestVersion = 1;
+
+namespace fs = std::filesystem;
+
+fs::path library_at(const fs::path& path) {
+  return fs::is_directory(path) ? path / "sqp.so" : path;
 }
 
-LoweredProblem::LoweredProblem(const std::string& path) : library_(path) {
-  auto manifest = reinterpret_cast<const char* (*)()>(library_.symbol("palanquin_manifest"));
-  parse_manifest(manifest());
+/// What lies beside a library in a saved folder or in the cache; of a library that was taken away
+/// from there, what it was compiled with.
+std::string manifest_of(const fs::path& path, const LoweredLibrary& library) {
+  const bool is_folder = fs::is_directory(path);
+  const fs::path at = is_folder ? path / "manifest" : fs::path(path).replace_extension(".manifest");
+  if (!is_folder && !fs::exists(at)) return library.manifest();
+  std::ifstream file(at, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw std::runtime_error("cannot read '" + at.string() + "'");
+  return text;
+}
+
+}  // namespace
+
+LoweredProblem::LoweredProblem(const std::string& path)
+    : LoweredProblem(path, LoweredLibrary(library_at(path).string())) {}
+
+LoweredProblem::LoweredProblem(const std::string& path, LoweredLibrary library)
+    : LoweredProblem(library, parse_manifest(manifest_of(path, library), path)) {}
+
+LoweredProblem::LoweredProblem(const std::string& library, const std::string& manifest)
+    : LoweredProblem(LoweredLibrary(library), parse_manifest(manifest, library)) {}
+
+LoweredProblem::LoweredProblem(LoweredLibrary library, Manifest manifest)
+    : library_(std::move(library)), manifest_(std::move(manifest)) {
+  library_.check_structure(manifest_);
+  for (const BlockInfo& b : manifest_.blocks) add_block(b);
+  for (const ParameterInfo& p : manifest_.parameters) np_ += p.size;
   structure = LoweredFunction(library_, "structure");
   chart = LoweredFunction(library_, "chart");
   running = LoweredFunction(library_, "running");
@@ -25,65 +56,10 @@ LoweredProblem::LoweredProblem(const std::string& path) : library_(path) {
                       LaneFunction(library_, "terminal_linear")};
 }
 
-void LoweredProblem::parse_manifest(const std::string& text) {
-  std::istringstream lines(text);
-  std::string line;
-  int slopes = 0;
-  while (std::getline(lines, line)) {
-    std::istringstream words(line);
-    std::string key;
-    words >> key;
-    if (key == "palanquin") {
-      int version = 0;
-      words >> version;
-      if (version != kManifestVersion)
-        throw std::runtime_error("'" + path() + "' has manifest version " +
-                                 std::to_string(version) + "; this engine reads " +
-                                 std::to_string(kManifestVersion) + ": lower the problem again");
-    } else if (key == "name") {
-      words >> name_;
-    } else if (key == "block") {
-      BlockInfo b;
-      std::string manifold, kind;
-      words >> b.name >> manifold >> b.size >> kind >> b.chart_size;
-      b.is_quaternion = manifold == "quaternion";
-      b.is_state = kind == "state";
-      b.slope_offset = slopes;
-      slopes += b.size * b.chart_size;
-      add_block(b);
-    } else if (key == "parameter") {
-      ParameterInfo p;
-      words >> p.name >> p.size;
-      p.offset = np_;
-      np_ += p.size;
-      parameters_.push_back(p);
-    } else if (key == "rows") {
-      RowGroup r;
-      std::string at, kind;
-      int implied = 0;
-      words >> at >> kind >> r.family >> r.robot >> r.limb >> r.size >> implied >> r.scale;
-      r.implied = implied != 0;
-      if (r.robot == "-") r.robot.clear();
-      if (r.limb == "-") r.limb.clear();
-      const StageKind stage = at == "running" ? StageKind::Running : StageKind::Terminal;
-      const RowKind row_kind = kind == "equality"     ? RowKind::Equality
-                               : kind == "inequality" ? RowKind::Inequality
-                                                      : RowKind::Link;
-      r.offset = row_count(stage, row_kind);
-      rows_[static_cast<std::size_t>(stage)][static_cast<std::size_t>(row_kind)].push_back(r);
-    } else {
-      throw std::runtime_error("'" + path() + "': unknown manifest line '" + line + "'");
-    }
-    if (words.fail())
-      throw std::runtime_error("'" + path() + "': malformed manifest line '" + line + "'");
-  }
-}
-
-/// Appends a block to the knot vector.
-void LoweredProblem::add_block(BlockInfo block) {
-  block.tangent_size = block.is_quaternion ? 3 : block.size;
-  block.offset = nz_;
-  block.tangent_offset = ndz_;
+/// Takes a block into the sizes and runs of the knot vector.
+void LoweredProblem::add_block(const BlockInfo& block) {
+  const bool follows_vector = nz_ > 0 && !vector_runs_.empty() &&
+                              vector_runs_.back().offset + vector_runs_.back().size == nz_;
   nz_ += block.size;
   ndz_ += block.tangent_size;
   if (block.is_state) {
@@ -93,11 +69,10 @@ void LoweredProblem::add_block(BlockInfo block) {
   }
   if (block.is_quaternion)
     quaternions_.push_back(block);
-  else if (blocks_.empty() || blocks_.back().is_quaternion)
-    vector_runs_.push_back({block.offset, block.tangent_offset, block.size});
-  else
+  else if (follows_vector)
     vector_runs_.back().size += block.size;
-  blocks_.push_back(std::move(block));
+  else
+    vector_runs_.push_back({block.offset, block.tangent_offset, block.size});
 }
 
 int LoweredProblem::row_count(StageKind stage, RowKind kind) const {
@@ -107,12 +82,12 @@ int LoweredProblem::row_count(StageKind stage, RowKind kind) const {
 
 const BlockInfo& LoweredProblem::block(const std::string& name) const {
   std::string known;
-  for (const BlockInfo& b : blocks_) {
+  for (const BlockInfo& b : blocks()) {
     if (b.name == name) return b;
     known += (known.empty() ? "" : ", ") + b.name;
   }
-  throw std::invalid_argument("problem '" + name_ + "' has no block '" + name + "'; it has " +
-                              known);
+  throw std::invalid_argument("problem '" + manifest_.name + "' has no block '" + name +
+                              "'; it has " + known);
 }
 
 std::string LoweredProblem::row_name(StageKind stage, RowKind kind, int row, int knot) const {

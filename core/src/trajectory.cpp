@@ -19,6 +19,14 @@ RowMatrix neutral_trajectory(const LoweredProblem& problem, int horizon) {
   return z;
 }
 
+RowMatrix default_parameters(const LoweredProblem& problem, int horizon) {
+  RowMatrix parameters(horizon + 1, problem.np());
+  for (const ParameterInfo& p : problem.parameters())
+    for (int i = 0; i < p.size; ++i)
+      parameters.col(p.offset + i).setConstant(p.defaults[static_cast<std::size_t>(i)]);
+  return parameters;
+}
+
 void retract(const LoweredProblem& problem, const double* z, const double* dz, double alpha,
              double* moved) {
   for (const VectorRun& run : problem.vector_runs())

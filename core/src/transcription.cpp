@@ -13,6 +13,13 @@ namespace palanquin {
 
 namespace {
 constexpr double kZeroNorm = 1e-6;  // a quaternion shorter than this has no direction
+
+/// Exact Hessians, if any, that are those of this problem.
+std::shared_ptr<const ExactHessian> checked(std::shared_ptr<const ExactHessian> exact,
+                                            const LoweredProblem& problem) {
+  if (exact != nullptr) exact->library.check_structure(problem.manifest());
+  return exact;
+}
 }  // namespace
 
 Transcription::KnotBuffers::KnotBuffers(const LoweredProblem& problem)
@@ -32,7 +39,7 @@ Transcription::ThreadBuffers::ThreadBuffers(const LoweredProblem& problem)
 Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
                              int threads, std::shared_ptr<const ExactHessian> exact)
     : problem_(std::move(problem)),
-      exact_(std::move(exact)),
+      exact_(checked(std::move(exact), *problem_)),
       horizon_(horizon),
       form_(form),
       table_(*problem_, exact_.get()),
@@ -48,6 +55,7 @@ Transcription::Transcription(std::shared_ptr<const LoweredProblem> problem, int 
     vanishes_until_[s].assign(rows, vanishes_until(Policy{}));
     is_hard_[s].assign(problem_->rows(stage, RowKind::Inequality).size(), 0);
   }
+  for (const auto& [family, policy] : problem_->policies()) set_policy(family, policy);
   parameters_ = RowMatrix::Zero(horizon + 1, problem_->np());
   measured_ = neutral_trajectory(*problem_, 0).row(0);
   flags_.assign(knots, nullptr);

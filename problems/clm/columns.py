@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palanquin.errors import ProblemError
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.problems.clm.references import PARTS
 from palanquin.problems.clm.team import Team
 from palanquin.problems.robots import FEET

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from palanquin.candidates import Candidates
 from palanquin.errors import ProblemError
 from palanquin.events import Event, EventKind, plan_events
-from palanquin.lowered import NamedArray
+from palanquin.named_array import NamedArray
 from palanquin.plan import Plan, Sqp, Status
 from palanquin.policies import Policy
 from palanquin.problem import Problem

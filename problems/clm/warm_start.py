@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.problems.clm.columns import Columns
 from palanquin.problems.clm.guess import carrying_forces, fill_guess, footholds
 from palanquin.problems.clm.landing import landings, mid_stance_feet

@@ -1,8 +1,10 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/map.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include "bindings.hpp"
 #include "palanquin/core/lowered_problem.hpp"
@@ -40,12 +42,21 @@ void bind_core(nb::module_& m) {
       },
       "policy"_a, "h"_a, "Value, slope and curvature of a penalty at h.");
 
+  nb::class_<BlockInfo>(m, "BlockInfo", "A named group of variables of one knot.")
+      .def_ro("name", &BlockInfo::name)
+      .def_ro("size", &BlockInfo::size);
+  nb::class_<ParameterInfo>(m, "ParameterInfo", "A named group of run-time parameters.")
+      .def_ro("name", &ParameterInfo::name)
+      .def_ro("shape", &ParameterInfo::shape)
+      .def_ro("defaults", &ParameterInfo::defaults);
   nb::class_<LoweredProblem>(m, "LoweredProblem",
                              "A problem as it was lowered: blocks, rows, code.")
-      .def(
-          "__init__",
-          [](LoweredProblem* self, const std::string& path) { new (self) LoweredProblem(path); },
-          "path"_a)
+      .def(nb::init<const std::string&>(), "path"_a)
+      .def(nb::init<const std::string&, const std::string&>(), "library"_a, "manifest"_a)
+      .def_prop_ro("horizon", &LoweredProblem::horizon)
+      .def_prop_ro("blocks", &LoweredProblem::blocks)
+      .def_prop_ro("parameters", &LoweredProblem::parameters)
+      .def_prop_ro("policies", &LoweredProblem::policies, "By inequality family.")
       .def_prop_ro("name", &LoweredProblem::name)
       .def_prop_ro("path", &LoweredProblem::path)
       .def_prop_ro("nz", &LoweredProblem::nz, "Size of a knot vector.")
@@ -54,6 +65,18 @@ void bind_core(nb::module_& m) {
       .def_prop_ro("ndx", &LoweredProblem::ndx, "Tangent size of the states.")
       .def_prop_ro("np", &LoweredProblem::np, "Number of parameters of a knot.");
 
+  m.def(
+      "manifest_name",
+      [](const std::string& text, const std::string& source) {
+        return parse_manifest(text, source).name;
+      },
+      "text"_a, "source"_a, "Name of the problem that a manifest describes.");
+  m.def(
+      "check_library",
+      [](const LoweredProblem& problem, const std::string& path) {
+        LoweredLibrary(path).check_structure(problem.manifest());
+      },
+      "problem"_a, "path"_a, "Raises RuntimeError unless `path` is a library of `problem`.");
   m.def("neutral_trajectory", &neutral_trajectory, "problem"_a, "horizon"_a,
         "A trajectory [N + 1, nz] of zeros with identity quaternions.");
   m.def("step_dynamics", &step_dynamics, "problem"_a, "z"_a, "p"_a,

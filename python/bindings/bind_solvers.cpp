@@ -10,6 +10,7 @@
 #include "palanquin/solvers/ipopt.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "palanquin/solvers/sqp.hpp"
+#include "palanquin/solvers/versions.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -173,6 +174,7 @@ void bind_results(nb::module_& m) {
 
 void bind_solvers(nb::module_& m) {
   m.def("qp_solver_names", &qp_solver_names);
+  m.def("library_versions", &library_versions, "Versions of what the engine is linked to.");
   bind_results(m);
   bind_settings(m);
 

@@ -13,7 +13,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from palanquin.candidates import Candidates, Choice
 from palanquin.errors import LoweringError, PalanquinError, ProblemError
-from palanquin.lowered import Lowered, LoweringReport, NamedArray, lower
+from palanquin.lowered import Lowered, LoweringReport, load, lower
+from palanquin.named_array import NamedArray
 from palanquin.plan import Ipopt, Plan, Sqp, Status, configure
 from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, SquaredHinge
 from palanquin.problem import Chart, Problem, Role
@@ -40,5 +41,6 @@ __all__ = [
     "SquaredHinge",
     "Status",
     "configure",
+    "load",
     "lower",
 ]

@@ -15,7 +15,8 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from palanquin.errors import ProblemError
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.plan import Plan, Sqp
 from palanquin.policies import Policy
 

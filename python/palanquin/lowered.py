@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import logging
+import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palanquin import _core, compilation, lowering, quaternion
-from palanquin.errors import LoweringError, ProblemError
-from palanquin.policies import Policy
-from palanquin.problem import Parameter, Problem, checked_horizon
+from palanquin import _core, compilation
+from palanquin.code import Code, Kind, SavedCode, StatedCode
+from palanquin.errors import LoweringError
+from palanquin.named_array import NamedArray
+from palanquin.policies import Policy, policy_of
+from palanquin.problem import Problem, checked_horizon
+from palanquin.saved_folder import write_folder
 
 logger = logging.getLogger("palanquin.lowering")
 
-# Palanquin's own part of the content that keys the cache.
-_SOURCES = (
-    *sorted(Path(lowering.__path__[0]).glob("*.[ph]*")),
-    *(Path(module.__file__ or "") for module in (compilation, quaternion)),
-)
-_VERSION_PARTS = [source.read_bytes() for source in _SOURCES]
+Result = TypeVar("Result")
+Columns = dict[str, tuple[slice, tuple[int, ...]]]
 
 
 @dataclass(frozen=True)
@@ -36,71 +37,11 @@ class LoweringReport:
     compile_seconds: float
 
 
-class NamedArray:
-    """A [knots, n] array whose columns have names; `a["name"]` is a [knots, ...] view."""
-
-    def __init__(
-        self,
-        what: str,
-        values: NDArray[np.float64],
-        columns: dict[str, tuple[slice, tuple[int, ...]]],
-    ) -> None:
-        self._what = what
-        self._values = values
-        self._columns = columns
-        self._views: dict[str, NDArray[np.float64]] = {}
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The whole array."""
-        return self._values
-
-    def __getitem__(self, name: str) -> NDArray[np.float64]:
-        view = self._views.get(name)
-        if view is None:
-            columns, shape = self._find(name)
-            view = self._values[..., columns].reshape(*self._values.shape[:-1], *shape)
-            self._views[name] = view
-        return view
-
-    def __setitem__(self, name: str, value: ArrayLike) -> None:
-        target = self[name]
-        array = np.asarray(value, dtype=float)
-        if not np.isfinite(array).all():
-            raise ProblemError(f"{self._what} '{name}' holds a value that is not finite")
-        try:
-            target[...] = array
-        except ValueError:
-            raise ProblemError(
-                f"{self._what} '{name}' has shape {array.shape}; it must broadcast to "
-                f"{target.shape}"
-            ) from None
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._columns
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __reduce__(self) -> tuple[type[NamedArray], tuple[object, ...]]:
-        """Pickled and deep copies make views of their own."""
-        return NamedArray, (self._what, self._values, self._columns)
-
-    def copy(self) -> NamedArray:
-        """An independent copy."""
-        return NamedArray(self._what, self.values.copy(), self._columns)
-
-    def _find(self, name: str) -> tuple[slice, tuple[int, ...]]:
-        try:
-            return self._columns[name]
-        except KeyError:
-            raise ProblemError(
-                f"there is no {self._what} '{name}'; there are {', '.join(self._columns)}"
-            ) from None
-
-
 class Lowered:
-    """A problem as compiled code, with the defaults that its `Problem` stated.
+    """A problem as compiled code, with what was stated when it was lowered.
+
+    What is added to its `Problem` later does not reach it. It pickles: unpickled it is lowered
+    from the same statement, which takes the cache or a compiler.
 
     Attributes:
         core: the C++ engine's view of it.
@@ -109,45 +50,38 @@ class Lowered:
         policies: default policy of each inequality family.
     """
 
-    def __init__(
-        self, problem: Problem, core: _core.LoweredProblem, report: LoweringReport, key: str,
-        command: list[str],
-    ) -> None:  # fmt: skip
-        self._problem = problem
-        self._key = key
-        self._command = command
+    def __init__(self, code: Code, core: _core.LoweredProblem, report: LoweringReport) -> None:
+        self._code = code
         self.core = core
         self.report = report
-        self.horizon = problem.horizon
+        self.horizon: int = core.horizon
         self.policies: dict[str, Policy] = {
-            r.name: r.policy for r in problem.rows if r.kind == "inequality"
+            name: policy_of(int(p.kind), p.stiffness, p.smoothing)
+            for name, p in core.policies.items()
         }
-        self._block_columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
-        offset = 0
-        for b in problem.blocks:
-            self._block_columns[b.name] = (slice(offset, offset + b.size), (b.size,))
-            offset += b.size
-        self._parameter_columns: dict[str, tuple[slice, tuple[int, ...]]] = {}
-        offset = 0
-        for q in problem.parameters:
-            size = q.default.size
-            shape = () if q.shape == (1,) else q.shape
-            self._parameter_columns[q.name] = (slice(offset, offset + size), shape)
-            offset += size
-        self._parameters: list[Parameter] = problem.parameters
+        self._block_columns = _columns((b.name, (b.size,)) for b in core.blocks)
+        self._parameter_columns = _columns((q.name, tuple(q.shape)) for q in core.parameters)
+        self._parameter_columns |= {  # a scalar's view is [N + 1]
+            name: (columns, ())
+            for name, (columns, shape) in self._parameter_columns.items()
+            if shape == (1,)
+        }
+        self._defaults = np.concatenate([q.defaults for q in core.parameters])
+
+    def __reduce__(self) -> tuple[Callable[[Code], Lowered], tuple[Code]]:
+        return _lowered_from, (self._code,)
 
     @property
     def name(self) -> str:
         """The problem's name."""
-        return self._problem.name
+        return self._code.name
 
     def parameters(self, horizon: int | None = None) -> NamedArray:
         """Parameters at their defaults: p["name"] is a view [N + 1, *shape], settable by broadcast.
 
         A scalar parameter's view is [N + 1].
         """
-        defaults = np.concatenate([q.default for q in self._parameters])
-        values = np.tile(defaults, (self._knots(horizon), 1))
+        values = np.tile(self._defaults, (self._knots(horizon), 1))
         return NamedArray("parameter", values, self._parameter_columns)
 
     def trajectory(self, horizon: int | None = None) -> NamedArray:
@@ -175,71 +109,114 @@ class Lowered:
         spacing = np.ascontiguousarray(parameters["dt"])
         return self.wrap(_core.shift(self.core, trajectory.values, spacing, float(elapsed)))
 
-    def library(self, kind: str) -> str:
+    def library(self, kind: Kind) -> str:
         """Path of a further library: "nlp" for Ipopt, "exact" for exact Hessians; cached too."""
-        functions = {
-            "nlp": lowering.nlp_functions,
-            "exact": lowering.exact_hessian_functions,
-        }[kind]
-        library = compilation.build(
-            f"{self.name}-{kind}",
-            compilation.content_key(self._key, kind),
-            lambda: functions(self._problem),
-            lowering.manifest(self._problem),
-            self._command,
-        )
-        _log(f"{self.name} ({kind})", library)
-        return str(library.path)
+        return str(self._library(kind).path)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes the problem as one folder, for `palanquin.load`, C++ and machines without Python.
+
+        It holds the C code of all libraries, a manifest (sizes, policies, defaults, horizon), the
+        library that is compiled for this processor, a CMakeLists.txt that compiles them with a C
+        compiler alone, and a README that says how.
+
+        Args:
+            folder: made if it is not there; a folder that was saved before is written anew.
+
+        Returns:
+            The folder.
+
+        Raises:
+            LoweringError: it is a file or holds other things, or cannot be written.
+        """
+        return write_folder(Path(folder), self._code, self.report.path)
+
+    def _library(self, kind: Kind) -> compilation.Library:
+        def check(path: Path) -> None:
+            _core.check_library(self.core, str(path))
+
+        return _checked(self._code, kind, check, self.report.path.parent)[0]
 
 
 def lower(problem: Problem) -> Lowered:
     """Compiles a problem's stage functions, or finds them in the cache.
 
-    The cache is keyed by content (expressions, dimensions, compiler and flags, Palanquin's lowering
-    code); parameter and policy defaults are not part of it. Progress goes to the logger
-    `palanquin.lowering`.
+    The cache is keyed by content (expressions, dimensions, compiler and flags, processor,
+    Palanquin's lowering code); horizon, parameter and policy defaults are not part of it. Progress
+    goes to the logger `palanquin.lowering`.
 
     Raises:
         ProblemError: the problem is inconsistent (sizes, unknown symbols, missing dynamics).
         LoweringError: no compiler, a failed compile, or a library that cannot be loaded.
     """
+    return _lowered_from(StatedCode.of(problem))
+
+
+def load(folder: str | os.PathLike[str]) -> Lowered:
+    """Loads a folder that `Lowered.save` wrote.
+
+    Its library is used where it is; on another kind of processor its C code is compiled, once, into
+    the cache.
+
+    Raises:
+        LoweringError: files are missing or damaged, or there is no compiler where one is needed.
+    """
+    return _lowered_from(SavedCode.read(Path(folder)))
+
+
+def _lowered_from(code: Code) -> Lowered:
     start = time.perf_counter()
-    manifest = lowering.manifest(problem)
-    command = compilation.compiler_command()
-    key = compilation.content_key(
-        *_VERSION_PARTS,
-        manifest,
-        *(f.serialize() for f in lowering.value_functions(problem)),
-        compilation.compiler_identity(command),
-        " ".join([*command, *compilation.DEFAULT_FLAGS]),
-    )
-    library, core = _built_and_loaded(
-        lambda: compilation.build(
-            problem.name, key, lambda: lowering.sqp_functions(problem), manifest, command
-        )
-    )
+
+    def load_core(path: Path) -> _core.LoweredProblem:
+        return _core.LoweredProblem(str(path), code.manifest)
+
+    library, core = _checked(code, "sqp", load_core)
     report = LoweringReport(
         cache_hit=library.cache_hit,
         path=library.path,
         seconds=time.perf_counter() - start,
         compile_seconds=0.0 if library.cache_hit else library.seconds,
     )
-    _log(problem.name, library)
-    return Lowered(problem, core, report, key, command)
+    return Lowered(code, core, report)
 
 
-def _built_and_loaded(
-    build: Callable[[], compilation.Library],
-) -> tuple[compilation.Library, _core.LoweredProblem]:
-    """A library that loads: one that lies damaged in the cache is built anew."""
-    library = build()
-    try:
-        return library, _core.LoweredProblem(str(library.path))
-    except RuntimeError as error:
-        compilation.discard(library)
-        if library.cache_hit:
-            return _built_and_loaded(build)
-        raise LoweringError(f"the compiled problem cannot be loaded: {error}") from error
+def _checked(
+    code: Code, kind: Kind, check: Callable[[Path], Result], cache: Path | None = None
+) -> tuple[compilation.Library, Result]:
+    """A library that passes a check, with the check's result: the one that came along with the
+    code, or one out of the cache, built anew where it lies damaged there.
+    """
+    name = code.name if kind == "sqp" else f"{code.name}-{kind}"
+    own = code.library(kind)
+    if own is not None:
+        try:
+            return compilation.Library(own, True, 0.0), check(own)
+        except RuntimeError as error:
+            logger.warning("lowering '%s': %s; compiling its code", name, error)
+    while True:
+        library = compilation.build(name, code.key(kind), lambda: code.source(kind), cache)
+        try:
+            result = check(library.path)
+        except RuntimeError as error:
+            compilation.discard(library)
+            if not library.cache_hit:
+                raise LoweringError(f"the compiled problem cannot be loaded: {error}") from error
+        else:
+            if kind == "sqp":
+                compilation.put_beside(library.path, ".manifest", code.manifest)
+            _log(name, library)
+            return library, result
+
+
+def _columns(entries: Iterable[tuple[str, tuple[int, ...]]]) -> Columns:
+    """Where each named entry lies in a vector that stacks them."""
+    columns: Columns = {}
+    offset = 0
+    for name, shape in entries:
+        size = int(np.prod(shape))
+        columns[name] = (slice(offset, offset + size), shape)
+        offset += size
+    return columns
 
 
 def _log(name: str, library: compilation.Library) -> None:

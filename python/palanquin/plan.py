@@ -10,12 +10,14 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palanquin import _core
+from palanquin import _core, pickling
 from palanquin.errors import ProblemError
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.policies import Policy
 from palanquin.problem import checked_horizon
 
+pickling.register()
 Status = _core.Status
 
 SQP_PHASES = ("transcribe", "linearize", "update", "solve", "globalize")
@@ -120,7 +122,7 @@ class _Solver(Generic[Settings]):
         self,
         parameters: NamedArray,
         measured: NamedArray | ArrayLike,
-        guess: NamedArray | None = None,
+        guess: NamedArray | ArrayLike | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         p = parameters.values
         late = parameters["dt"] <= 0
@@ -129,8 +131,8 @@ class _Solver(Generic[Settings]):
             raise ProblemError(
                 f"parameter 'dt' is {parameters['dt'][k]} at knot {k}; it must be positive"
             )
-        z = np.asarray(measured.values if isinstance(measured, NamedArray) else measured, float)
-        start = guess.values if guess is not None else np.tile(z, (self.horizon + 1, 1))
+        z = np.asarray(measured, float)
+        start = np.tile(z, (self.horizon + 1, 1)) if guess is None else np.asarray(guess, float)
         return p, z, np.ascontiguousarray(start)
 
 
@@ -161,7 +163,7 @@ class Sqp(_Solver[_core.SqpSettings]):
         self,
         parameters: NamedArray,
         measured: NamedArray | ArrayLike,
-        guess: NamedArray | None = None,
+        guess: NamedArray | ArrayLike | None = None,
     ) -> Plan:
         """Solves from a guess.
 
@@ -223,7 +225,7 @@ class Sqp(_Solver[_core.SqpSettings]):
         self,
         parameters: NamedArray,
         predicted: NamedArray | ArrayLike,
-        guess: NamedArray | None = None,
+        guess: NamedArray | ArrayLike | None = None,
     ) -> bool:
         """First phase of a real-time iteration: all that needs no measurement (Diehl et al. 2005).
 
@@ -244,7 +246,7 @@ class Sqp(_Solver[_core.SqpSettings]):
         Raises:
             RuntimeError: nothing was prepared.
         """
-        z = np.asarray(measured.values if isinstance(measured, NamedArray) else measured, float)
+        z = np.asarray(measured, float)
         self._core.feedback(z)
         plan = self._plan(self._prepared[0], z)
         plan.timings_ms["feedback"] = self._core.feedback_ms
@@ -287,7 +289,7 @@ class Ipopt(_Solver[_core.IpoptSettings]):
         self,
         parameters: NamedArray,
         measured: NamedArray | ArrayLike,
-        guess: NamedArray | None = None,
+        guess: NamedArray | ArrayLike | None = None,
     ) -> Plan:
         """As `Sqp.solve`. Inequalities are hard constraints unless `penalize` is set."""
         p, z, start = self._inputs(parameters, measured, guess)
@@ -314,13 +316,15 @@ def configure(settings: Any, **options: Any) -> Any:
 
     Raises ProblemError for an unknown name or a value of the wrong type.
     """
-    known = [n for n in dir(settings) if not n.startswith("_") and n != "explain_invalid"]
+    known = pickling.fields(settings)
     for name, value in options.items():
         if name not in known:
             raise ProblemError(
                 f"{type(settings).__name__} has no field '{name}'; it has {', '.join(known)}"
             )
         current = getattr(settings, name)
+        if isinstance(value, np.generic):
+            value = value.item()
         if isinstance(value, dict) and not isinstance(current, (str, int, float, Enum)):
             configure(current, **value)
             continue

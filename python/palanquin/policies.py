@@ -10,9 +10,12 @@ from palanquin.errors import ProblemError
 
 @dataclass(frozen=True)
 class Policy:
-    """Base of the policies; `kind` is the code that the engine knows (`PolicyKind` in C++)."""
+    """Base of the policies; `kind` is the code that the engine knows (`PolicyKind` in C++), `word`
+    its name in manifests.
+    """
 
     kind: ClassVar[int]
+    word: ClassVar[str]
 
     def coefficients(self) -> tuple[float, float]:
         """Stiffness and smoothing as the engine takes them."""
@@ -41,6 +44,7 @@ class Penalty(Policy):
     """
 
     kind: ClassVar[int] = 1
+    word: ClassVar[str] = "c2_penalty"
     stiffness: float = 420.0
     smoothing: float = 1e-3
 
@@ -56,6 +60,7 @@ class SquaredHinge(Policy):
     """S(h) = K max(h, 0)^2; `stiffness` is K, cost per squared unit of the row."""
 
     kind: ClassVar[int] = 2
+    word: ClassVar[str] = "squared_hinge"
     stiffness: float = 420.0
 
     def __post_init__(self) -> None:
@@ -75,6 +80,7 @@ class RelaxedBarrier(Policy):
     """
 
     kind: ClassVar[int] = 3
+    word: ClassVar[str] = "relaxed_barrier"
     weight: float = 0.1
     relaxation: float = 0.01
 
@@ -90,6 +96,16 @@ class Hard(Policy):
     """The row stays a constraint, for a back end that takes inequalities (multipliers, OSQP)."""
 
     kind: ClassVar[int] = 0
+    word: ClassVar[str] = "hard"
 
     def coefficients(self) -> tuple[float, float]:  # noqa: D102
         return 0.0, 0.0
+
+
+def policy_of(kind: int, stiffness: float, smoothing: float) -> Policy:
+    """The policy that the engine knows by these numbers: the inverse of `coefficients`."""
+    if kind == Penalty.kind:
+        return Penalty(stiffness, smoothing)
+    if kind == SquaredHinge.kind:
+        return SquaredHinge(stiffness)
+    return RelaxedBarrier(stiffness, smoothing) if kind == RelaxedBarrier.kind else Hard()

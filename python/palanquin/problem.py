@@ -12,16 +12,27 @@ where z_k stacks all blocks of knot k and x_k its states. `Problem.lower` compil
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import casadi as ca
 import numpy as np
 
 from palanquin import policies
+from palanquin.contents import Contents
 from palanquin.errors import ProblemError
-from palanquin.statements import checked_at, checked_column, checked_horizon, checked_name
+from palanquin.rows import RowKind, checked_policy, row_group
+from palanquin.statements import (
+    checked_at,
+    checked_column,
+    checked_horizon,
+    checked_name,
+    checked_shape,
+    checked_size,
+    checked_value,
+    checked_weights,
+)
 from palanquin.terms import (
     At,
     Block,
@@ -60,16 +71,6 @@ class Module(Protocol):
         """Adds the module; what it returns, `Problem.add` hands to the user."""
 
 
-@dataclass
-class _Contents:
-    blocks: dict[str, Block] = field(default_factory=dict)
-    parameters: dict[str, Parameter] = field(default_factory=dict)
-    dynamics: dict[str, Callable[[], Dynamics]] = field(default_factory=dict)
-    costs: list[CostTerm] = field(default_factory=list)
-    rows: list[RowGroup] = field(default_factory=list)
-    handles: list[Any] = field(default_factory=list)
-
-
 class Problem:
     """An optimal control problem under construction.
 
@@ -94,7 +95,7 @@ class Problem:
             raise ProblemError(f"dt is {dt!r}; it must be a positive number of seconds")
         self.horizon = checked_horizon(horizon)
         self.name = checked_name("problem", name)
-        self._contents = _Contents()
+        self._contents = Contents()
         self.dt: Expression = self.parameter("dt", default=dt)
 
     # ---- variables -----------------------------------------------------------------------------
@@ -136,11 +137,11 @@ class Problem:
         block = self._block_of(symbol)
         if not block.is_state:
             raise ProblemError(f"next('{block.name}'): only states have a next value")
-        return block.next_symbol
+        return ca.SX(block.next_symbol)
 
     def previous(self, symbol: Expression) -> Expression:
         """Value of a block at the knot before (at knot 0: its measured value), for `link` rows."""
-        return self._block_of(symbol).previous_symbol
+        return ca.SX(self._block_of(symbol).previous_symbol)
 
     def parameter(
         self, name: str, shape: int | tuple[int, ...] = 1, default: Any = 0.0
@@ -158,9 +159,7 @@ class Problem:
         checked_name("parameter", name)
         if name in self._contents.parameters:
             raise ProblemError(f"parameter '{name}' exists already")
-        dims = (shape,) if isinstance(shape, int) else tuple(shape)
-        if not 1 <= len(dims) <= 2 or any(not isinstance(d, int) or d < 1 for d in dims):
-            raise ProblemError(f"parameter '{name}': shape {shape!r} must be n or (rows, columns)")
+        dims = checked_shape(name, shape)
         try:
             value = np.broadcast_to(np.asarray(default, dtype=float), dims).ravel().copy()
         except (TypeError, ValueError) as error:
@@ -171,7 +170,7 @@ class Problem:
             raise ProblemError(f"parameter '{name}': its default is not finite")
         flat = ca.SX.sym(name, int(np.prod(dims)))
         self._contents.parameters[name] = Parameter(name, dims, flat, value)
-        return flat if len(dims) == 1 else ca.reshape(flat, dims[1], dims[0]).T
+        return ca.SX(flat) if len(dims) == 1 else ca.reshape(flat, dims[1], dims[0]).T
 
     # ---- terms ---------------------------------------------------------------------------------
 
@@ -212,26 +211,25 @@ class Problem:
         weight: Expression | float | Sequence[float] = 1.0,
         at: At = "running",
     ) -> None:
-        """Adds the least-squares cost sum_i weight_i expression_i^2 (no factor 1/2)."""
-        column = checked_column(f"residual '{name}'", expression)
-        weights = ca.SX(weight) if not isinstance(weight, ca.SX) else weight
-        if weights.numel() == 1:
-            weights = ca.repmat(weights, column.numel(), 1)
-        weights = checked_column(f"residual '{name}' weight", weights, column.numel())
-        self._contents.costs.append(
-            CostTerm(checked_name("residual", name), checked_at(name, at), column, weights)
-        )
+        """Adds the least-squares cost sum_i weight_i expression_i^2 (no factor 1/2).
+
+        Args:
+            name: unique among the costs of a knot; another may serve the terminal one.
+            expression: column of residuals.
+            weight: one for all or one each, not negative; may depend on parameters.
+            at: knots that it counts at: "running", "terminal" or "all".
+        """
+        column = checked_value(f"residual '{name}'", expression)
+        weights = checked_weights(f"residual '{name}' weight", weight, column.numel())
+        self._add_cost("residual", name, at, column, weights)
 
     def cost(self, name: str, expression: Expression, at: At = "running") -> None:
         """Adds a general scalar cost, which enters with its exact Hessian; it must be convex."""
-        scalar = checked_column(f"cost '{name}'", expression, 1)
-        self._contents.costs.append(
-            CostTerm(checked_name("cost", name), checked_at(name, at), scalar, None)
-        )
+        self._add_cost("cost", name, at, checked_value(f"cost '{name}'", expression, 1), None)
 
     def equality(self, name: str, expression: Expression, **options: Any) -> None:
-        """Adds rows expression = 0. Options: see `inequality` (without policy)."""
-        self._add_rows("equality", name, expression, policies.Hard(), **options)
+        """Adds rows expression = 0, or a == b. Options: see `inequality` (without policy)."""
+        self._add_rows("equality", name, expression, policies.Hard(), options)
 
     def inequality(
         self,
@@ -240,7 +238,7 @@ class Problem:
         policy: policies.Policy | None = None,
         **options: Any,
     ) -> None:
-        """Adds rows expression <= 0.
+        """Adds rows expression <= 0, or a <= b, or a >= b.
 
         Args:
             name: the constraint family, for example "friction"; families share their policy.
@@ -252,17 +250,17 @@ class Problem:
 
         What a role or a chart says is no row to state: every solver and form holds it.
         """
-        policy = policy or policies.Penalty()
+        policy = checked_policy(name, policy)
         for other in self._contents.rows:
             if other.kind == "inequality" and other.name == name and other.policy != policy:
                 raise ProblemError(
                     f"inequality '{name}': policy is {policy}, but its family has {other.policy}"
                 )
-        self._add_rows("inequality", name, expression, policy, **options)
+        self._add_rows("inequality", name, expression, policy, options)
 
     def link(self, name: str, expression: Expression, **options: Any) -> None:
         """Adds rows over the knot before and this one (`previous`), expression = 0, k = 0..N-1."""
-        self._add_rows("link", name, expression, policies.Hard(), **options)
+        self._add_rows("link", name, expression, policies.Hard(), options)
 
     def add(self, *modules: Module) -> Any:
         """Adds modules in order; returns what the single one, or each of them, gives back."""
@@ -325,26 +323,25 @@ class Problem:
         checked_name("block", name)
         if name in self._contents.blocks:
             raise ProblemError(f"block '{name}' exists already")
-        if not isinstance(size, int) or size < 1:
-            raise ProblemError(f"block '{name}': size is {size!r}; it must be at least 1")
-        if chart is not None and not 1 <= chart.coordinates <= size:
-            raise ProblemError(
-                f"block '{name}': chart.coordinates is {chart.coordinates}; 1 to {size} is needed"
-            )
+        size = checked_size(f"block '{name}': size", size)
+        if chart is not None:
+            what = f"block '{name}': chart.coordinates"
+            chart = replace(chart, coordinates=checked_size(what, chart.coordinates, size))
+        symbol = ca.SX.sym(name, size)
         block = Block(
             name=name,
             size=size,
             tangent_size=3 if is_quaternion else size,
             is_quaternion=is_quaternion,
             is_state=is_state,
-            symbol=ca.SX.sym(name, size),
+            symbol=symbol,
             next_symbol=ca.SX.sym(name + "+", size),
             previous_symbol=ca.SX.sym(name + "-", size),
             role=role,
             chart=chart,
         )
         self._contents.blocks[name] = block
-        return block.symbol
+        return ca.SX(symbol)  # a copy: what a user writes into it stays with the user
 
     def _block_of(self, symbol: Expression) -> Block:
         for block in self._contents.blocks.values():
@@ -352,37 +349,28 @@ class Problem:
                 return block
         raise ProblemError(f"{symbol} is not a block of problem '{self.name}'")
 
+    def _add_cost(
+        self, kind: str, name: str, at: At, column: Expression, weights: Expression | None
+    ) -> None:
+        term = CostTerm(checked_name(kind, name), checked_at(name, at), column, weights)
+        for other in self._contents.costs:
+            if other.name == name and (other.at == at or "all" in (other.at, at)):
+                raise ProblemError(f"{kind} '{name}': there is a cost of this name already")
+        self._contents.costs.append(term)
+
     def _add_rows(
         self,
-        kind: Literal["equality", "inequality", "link"],
+        kind: RowKind,
         name: str,
         expression: Expression,
         policy: policies.Policy,
-        at: At = "running",
-        robot: str = "",
-        limb: str = "",
-        active: Expression | float = 1.0,
-        scale: float = 1.0,
+        options: Mapping[str, Any],
     ) -> None:
-        if kind == "link" and at != "running":
-            raise ProblemError(f"link '{name}': at is '{at}'; link rows hold at running knots only")
-        for label in filter(None, (robot, limb)):
-            checked_name(f"{kind} '{name}': owner", label)
-        if not (np.isfinite(scale) and scale > 0):
-            raise ProblemError(f"{kind} '{name}': scale is {scale}; it must be positive")
-        self._contents.rows.append(
-            RowGroup(
-                name=checked_name(kind, name),
-                kind=kind,
-                at=checked_at(name, at),
-                expression=checked_column(f"{kind} '{name}'", expression),
-                active=checked_column(f"{kind} '{name}' active", ca.SX(active), 1),
-                robot=robot,
-                limb=limb,
-                policy=policy,
-                scale=float(scale),
-            )
-        )
+        group = row_group(kind, name, expression, policy, options)
+        for other in self._contents.rows:
+            if other.name == name and other.kind != kind:
+                raise ProblemError(f"{kind} '{name}': rows of kind {other.kind} have this name")
+        self._contents.rows.append(group)
 
 
 def _resolved(block: Block, value: Deferred | None, increment: Deferred | None) -> Dynamics:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Iterable
 from typing import Any
 
 import casadi as ca
@@ -35,6 +36,60 @@ def checked_at(name: str, at: str) -> At:
     if at not in ("running", "terminal", "all"):
         raise ProblemError(f"'{name}': at is {at!r}; it must be 'running', 'terminal' or 'all'")
     return at  # type: ignore[return-value]
+
+
+def checked_size(what: str, size: Any, largest: int | None = None) -> int:
+    """A count of at least 1, of any integer type; raises ProblemError for anything else."""
+    size = size.item() if isinstance(size, np.generic) else size
+    is_integer = isinstance(size, int) and not isinstance(size, bool)
+    if not is_integer or size < 1 or (largest is not None and size > largest):
+        rule = "it must be at least 1" if largest is None else f"1 to {largest} is needed"
+        raise ProblemError(f"{what} is {size!r}; {rule}")
+    return int(size)
+
+
+def checked_shape(name: str, shape: Any) -> tuple[int, ...]:
+    """A parameter's n or (rows, columns); raises ProblemError for anything else."""
+    dims = (shape,) if np.ndim(shape) == 0 else tuple(shape)
+    try:
+        sizes = tuple(checked_size(name, d) for d in dims)
+    except ProblemError:
+        sizes = ()
+    if not 1 <= len(sizes) <= 2:
+        raise ProblemError(f"parameter '{name}': shape {shape!r} must be n or (rows, columns)")
+    return sizes
+
+
+def checked_options(what: str, options: Iterable[str], valid: Collection[str]) -> None:
+    """Raises ProblemError that lists the valid options when there is another among `options`."""
+    for option in options:
+        if option not in valid:
+            raise ProblemError(
+                f"{what}: there is no option '{option}'; valid ones are {', '.join(valid)}"
+            )
+
+
+def checked_value(what: str, expression: Any, size: int | None = None) -> Expression:
+    """A column of numbers to minimise; raises ProblemError for relations, which are none."""
+    column = checked_column(what, expression, size)
+    for index, entry in enumerate(ca.vertsplit(column)):
+        if not entry.is_leaf() and entry.op() in (ca.OP_LE, ca.OP_LT, ca.OP_EQ, ca.OP_NE):
+            raise ProblemError(f"{what}: row {index} is a relation, {entry}; costs are numbers")
+    return column
+
+
+def checked_weights(what: str, weight: Any, size: int) -> Expression:
+    """A column of `size` weights from one or as many; raises ProblemError for a negative one."""
+    weights = checked_column(what, weight)
+    if weights.numel() == 1:
+        weights = ca.repmat(weights, size, 1)
+    weights = checked_column(what, weights, size)
+    for index, entry in enumerate(ca.vertsplit(weights)):
+        if entry.is_constant() and not 0.0 <= float(entry) < float("inf"):
+            raise ProblemError(
+                f"{what} is {float(entry)} in row {index}; it must be finite and not negative"
+            )
+    return weights
 
 
 def checked_column(what: str, expression: Any, size: int | None = None) -> Expression:

@@ -29,6 +29,7 @@ Ipopt::Ipopt(std::shared_ptr<const LoweredProblem> problem, const std::string& n
       transcription_(problem_, horizon, Form::Paper) {
   if (const std::string reason = settings.explain_invalid(); !reason.empty())
     throw std::invalid_argument(reason);
+  functions_->library.check_structure(problem_->manifest());
 }
 
 Ipopt::~Ipopt() = default;

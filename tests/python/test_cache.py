@@ -2,17 +2,21 @@
 
 import logging
 import os
+import re
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import filelock
 import numpy as np
 import pytest
 
 import palanquin as pq
+import palanquin.compiler
 from palanquin import compilation
 
 CC = shutil.which("cc")
@@ -173,6 +177,40 @@ def test_no_compiler(cache, monkeypatch, tmp_path):
         decay().lower()
 
 
+NOT_COMPILED_HERE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import palanquin as pq
+from test_cache import decay, is_usable
+lowered = decay().lower()
+assert lowered.report.cache_hit
+assert is_usable(lowered)
+assert pq.Ipopt(lowered, penalize=True).solve(lowered.parameters(), lowered.knot()).is_usable
+"""
+
+
+@pytest.mark.parametrize("changed", [{"PATH": "/nowhere"}, {"CC": "no-such-compiler"}])
+def test_a_full_cache_needs_no_compiler(cache, changed):
+    decay().lower().library("nlp")
+    command = [sys.executable, "-c", NOT_COMPILED_HERE, os.path.dirname(__file__)]
+    subprocess.run(command, check=True, env=os.environ | changed)
+
+
+def test_the_processor_is_part_of_the_key(cache, monkeypatch):
+    path = decay().lower().report.path
+    monkeypatch.setattr(compilation, "processor_identity", lambda: "another processor")
+    changed = decay().lower()
+    assert not changed.report.cache_hit
+    assert changed.report.path != path
+
+
+def test_a_library_for_another_processor_is_not_run(cache, monkeypatch):
+    flags = (*compilation.DEFAULT_FLAGS, "-D__builtin_cpu_supports(name)=0", "-mavx2")
+    monkeypatch.setattr(compilation, "DEFAULT_FLAGS", flags)
+    with pytest.raises(pq.LoweringError, match=r"compiled for processors with .*, which this one"):
+        decay().lower()
+
+
 def test_missing_cc(cache, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler -x")
     with pytest.raises(pq.LoweringError, match="no-such-compiler"):
@@ -218,12 +256,60 @@ print(lowered.report.cache_hit)
 """
 
 
-def test_waiting_for_another_process_ends(cache, compiler, monkeypatch):
+@pytest.fixture
+def lock(cache, compiler):
+    """The lock of `decay()`'s library, which another process might hold."""
+    path = decay().lower().report.path
+    for file in cache.glob("decay-*"):
+        file.unlink()
+    return filelock.FileLock(cache / ".lock" / path.name)
+
+
+def test_waiting_for_another_process_ends(cache, lock, compiler, monkeypatch):
     monkeypatch.setattr(compilation, "LOCK_TIMEOUT_S", 0.1)
-    cache.mkdir()
-    with filelock.FileLock(cache / ".lock"), pytest.raises(pq.LoweringError, match=r"0\.1 s.*lock"):
+    with lock, pytest.raises(pq.LoweringError, match=r"0\.1 s for another process.*lock"):
         decay().lower()
-    assert compiler.compiles() == 0
+    assert compiler.compiles() == 1  # the fixture's
+
+
+def test_waiting_is_told_with_the_name_of_whom(cache, lock, monkeypatch, caplog):
+    monkeypatch.setattr(compilation, "PROGRESS_S", 0.1)
+    monkeypatch.setattr(compilation, "LOCK_TIMEOUT_S", 0.4)
+    note = cache / f".build-{Path(lock.lock_file).name}-x" / "owner"
+    note.parent.mkdir()
+    note.write_text("process 42 on elsewhere")
+    caplog.set_level(logging.INFO, logger="palanquin.lowering")
+    with lock, pytest.raises(pq.LoweringError, match="process 42 on elsewhere"):
+        decay().lower()
+    assert "waiting for process 42 on elsewhere" in caplog.text
+
+
+def test_nobody_waits_for_the_compile_of_another_problem(cache, lock, monkeypatch):
+    monkeypatch.setattr(compilation, "LOCK_TIMEOUT_S", 0.1)
+    with lock:
+        assert is_usable(decay(rate=0.6).lower())
+
+
+def test_a_lock_that_cannot_be_had_is_told(cache, lock, monkeypatch, caplog):
+    def refuse_lock(*_arguments, **_options):
+        raise PermissionError(13, "Permission denied", lock.lock_file)
+
+    monkeypatch.setattr(compilation.filelock, "FileLock", refuse_lock)
+    lowered = decay().lower()
+    assert "cannot be written" in caplog.text
+    assert "Permission denied" in caplog.text
+    assert cache not in lowered.report.path.parents
+    assert is_usable(lowered)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs two users")
+def test_others_may_take_the_locks_of_a_shared_folder(cache):
+    cache.mkdir()
+    cache.chmod(0o777)
+    decay().lower()
+    (lock,) = (cache / ".lock").iterdir()
+    assert lock.stat().st_mode & 0o777 == 0o666
+    assert (cache / ".lock").stat().st_mode & 0o777 == 0o777
 
 
 def start_process():
@@ -239,6 +325,33 @@ def test_two_processes_at_once_compile_once(cache, compiler):
     assert all(p.returncode == 0 for p in processes), answers
     assert compiler.compiles() == 1
     assert sorted(out.strip() for out, _ in answers) == ["False", "True"]
+
+
+def test_long_compiles_are_told(cache, compiler, monkeypatch, caplog):
+    monkeypatch.setattr(palanquin.compiler, "PROGRESS_S", 0.1)
+    compiler(f'sleep 0.5; exec {CC} "$@"')
+    with caplog.at_level(logging.INFO, logger="palanquin.lowering"):
+        decay().lower()
+    assert "not in the cache, compiling 0.0 MB of C ..." in caplog.text
+    assert re.search(r"lowering 'decay-\w+-\w+': compiling for \d+ s \.\.\.", caplog.text)
+
+
+def test_an_interrupt_ends_the_compiler(cache, compiler, tmp_path):
+    compiler(f"echo $$ > {tmp_path}/pid; exec sleep 60")
+    process = start_process()
+    wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=30)
+    assert "KeyboardInterrupt" in errors
+    wait_until(lambda: not Path(f"/proc/{(tmp_path / 'pid').read_text().strip()}").exists())
+    assert [name for name in leftovers(cache) if name.startswith(".build-")] == []
+
+
+def wait_until(is_so):
+    deadline = time.monotonic() + 60
+    while not is_so():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 def test_killed_process_leaves_no_lock_and_its_rubbish_is_swept(cache, compiler):
@@ -300,6 +413,67 @@ def test_disk_that_fills_up_while_compiling(cache, compiler, monkeypatch):
     monkeypatch.setattr(compilation.os, "replace", replace)
     assert leftovers(cache) == []
     assert is_usable(decay().lower())
+
+
+AROUND = """
+import os, sys
+sys.path.insert(0, sys.argv[1])
+import palanquin as pq
+from test_cache import decay, is_usable
+first = decay().lower()
+os.chdir("elsewhere")
+assert is_usable(first)
+assert pq.Ipopt(first, penalize=True).solve(first.parameters(), first.knot()).is_usable
+again = decay().lower()
+assert again.report.cache_hit
+assert os.listdir(".") == []
+print(again.report.path)
+"""
+
+
+@pytest.mark.parametrize("folder", [".", "cache", "./a/../b", "elsewhere/../cache"])
+def test_relative_folders_stay_where_they_were(tmp_path, folder):
+    (tmp_path / "elsewhere").mkdir()
+    command = [sys.executable, "-c", AROUND, os.path.dirname(__file__)]
+    done = subprocess.run(
+        command, check=True, capture_output=True, text=True, cwd=tmp_path,
+        env=os.environ | {"PALANQUIN_CACHE": folder},
+    )  # fmt: skip
+    assert Path(done.stdout.strip()).parent.samefile(tmp_path / folder)
+
+
+def test_read_only_folder_of_another_user(cache, tmp_path):
+    """Hits are served, misses compiled for the process alone, once, with a warning."""
+    decay().lower()
+    program = tmp_path / "program.py"
+    program.write_text(
+        "import ctypes, logging, os, sys\n"
+        "if len(sys.argv) == 2:\n"
+        "    # a superuser, too, loses the right to write everywhere\n"
+        "    ctypes.CDLL(None).prctl(24, 1, 0, 0, 0)\n"
+        "    os.execv(sys.executable, [sys.executable, *sys.argv, 'again'])\n"
+        "sys.path.insert(0, sys.argv[1])\n"
+        "logging.basicConfig(level=logging.WARNING)\n"
+        "from test_cache import decay, is_usable\n"
+        "assert decay().lower().report.cache_hit\n"
+        "miss = decay(rate=0.6).lower()\n"
+        "assert not miss.report.cache_hit and is_usable(miss)\n"
+        "assert decay(rate=0.6).lower().report.cache_hit\n"
+    )
+    before = leftovers(cache)
+    for path in (cache, cache / ".lock"):
+        path.chmod(0o555)
+    try:
+        done = subprocess.run(
+            [sys.executable, program, os.path.dirname(__file__)],
+            check=False, capture_output=True, text=True,
+        )  # fmt: skip
+    finally:
+        for path in (cache, cache / ".lock"):
+            path.chmod(0o755)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("cannot be written") == 1
+    assert leftovers(cache) == before
 
 
 def test_folder_is_taken_from_the_environment(cache, monkeypatch):

@@ -63,19 +63,72 @@ def consumer(tmp_path_factory) -> Path:
     return build / "consumer"
 
 
-def test_cpp_program_solves_a_lowered_problem(consumer):
-    cart = pq.Problem(horizon=20, dt=0.1, name="cart")
-    position, velocity = cart.state("position", 1), cart.state("velocity", 1)
-    force = cart.input("force", 1)
-    cart.dynamics(position, increment=cart.dt * velocity)
-    cart.dynamics(velocity, increment=cart.dt * force)
-    cart.residual("goal", position - cart.parameter("goal"), at="all")
-    cart.residual("effort", force, weight=0.1)
-    lowered = cart.lower()
-    parameters = lowered.parameters()
-    parameters["dt"], parameters["goal"] = 0.05, 2.0
+def cart(policy):
+    """A cart that would rather be beyond a wall."""
+    problem = pq.Problem(horizon=20, dt=0.05, name="cart")
+    position, velocity = problem.state("position", 1), problem.state("velocity", 1)
+    force = problem.input("force", 1)
+    problem.dynamics(position, increment=problem.dt * velocity)
+    problem.dynamics(velocity, increment=problem.dt * force)
+    goal = problem.parameter("goal", default=2.0)
+    problem.residual("goal", position - goal, at="all")
+    problem.residual("effort", force, weight=0.1)
+    problem.inequality("wall", position <= 0.5, policy=policy, at="terminal")
+    return problem
 
-    printed = run(consumer, lowered.report.path, "0.05", "2.0")
-    planned = pq.Sqp(lowered).solve(parameters, lowered.knot())
-    np.testing.assert_allclose(np.loadtxt(printed.splitlines()), planned.xs, atol=1e-9)
-    assert planned.trajectory["position"][-1] > 0.5
+
+def printed_plan(program, *arguments):
+    return np.loadtxt(run(program, *arguments).splitlines())
+
+
+@pytest.mark.parametrize(
+    "policy", [pq.Hard(), pq.Penalty(4.0, 0.01), pq.SquaredHinge(7.0), pq.RelaxedBarrier()]
+)
+def test_cpp_program_solves_what_python_stated(policy, consumer, tmp_path):
+    lowered = cart(policy).lower()
+    planned = pq.Sqp(lowered, qp="multipliers").solve(lowered.parameters(), lowered.knot())
+    assert planned.is_usable
+    assert planned.violation["wall"] < (1e-6 if policy == pq.Hard() else 1.0)
+    folder = lowered.save(tmp_path / "cart")
+    np.testing.assert_array_equal(printed_plan(consumer, folder), planned.xs)
+    np.testing.assert_array_equal(printed_plan(consumer, lowered.report.path), planned.xs)
+
+    parameters = lowered.parameters()
+    parameters["goal"] = 0.25
+    planned = pq.Sqp(lowered, qp="multipliers").solve(parameters, lowered.knot())
+    np.testing.assert_array_equal(printed_plan(consumer, folder, "goal", "0.25"), planned.xs)
+
+
+def test_a_saved_folder_builds_by_cmake_alone(consumer, tmp_path):
+    lowered = cart(pq.Hard()).lower()
+    planned = pq.Sqp(lowered, qp="multipliers").solve(lowered.parameters(), lowered.knot())
+    folder = lowered.save(tmp_path / "cart")
+    (folder / "sqp.so").unlink()
+    tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    run("cmake", "-S", folder, "-B", tmp_path / "build", env=tools)
+    run("cmake", "--build", tmp_path / "build", env=tools)
+    np.testing.assert_array_equal(printed_plan(consumer, folder), planned.xs)
+    assert pq.load(folder).report.path == folder / "sqp.so"
+    run("cmake", "--build", tmp_path / "build", "--target", "cart-nlp", env=tools)
+    assert pq.load(folder).library("nlp") == str(folder / "nlp.so")
+
+
+def test_cpp_program_refuses_a_damaged_folder(consumer, tmp_path):
+    folder = cart(pq.Hard()).lower().save(tmp_path / "cart")
+    text = (folder / "manifest").read_text()
+    (folder / "manifest").write_text(text.replace("horizon 20", "horizon 2,0"))
+    done = subprocess.run([consumer, folder], capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "manifest line 'horizon 2,0': '2,0' must be an integer" in done.stderr
+
+
+@pytest.mark.parametrize("command", [["palanquin"], [sys.executable, "-m", "palanquin"]])
+def test_command_line_states_its_versions(command):
+    if command == ["palanquin"]:
+        command = [Path(sys.executable).with_name("palanquin")]
+    printed = dict(line.split(maxsplit=1) for line in run(*command, "--version").splitlines())
+    assert printed["palanquin"] == importlib.metadata.version("palanquin")
+    assert printed["casadi"] == importlib.metadata.version("casadi")
+    for name in ("OSQP", "Ipopt", "Eigen"):
+        assert re.fullmatch(r"\d+\.\d+\.\d+\S*", printed[name]), printed
+    assert "scenario" in run(*command, "--help")

@@ -1,6 +1,7 @@
 """Stating problems: every inconsistency is refused with a message that names it."""
 
 import casadi as ca
+import numpy as np
 import pytest
 
 import palanquin as pq
@@ -77,6 +78,58 @@ REFUSED = {
     "equality 'e' active has 2 rows; 1": lambda p, x, v, u: p.equality("e", x, active=v),
     "equality 'e': owner name 'a b'": lambda p, x, v, u: p.equality("e", x, robot="a b"),
     "inequality name 'my row'": lambda p, x, v, u: p.inequality("my row", x),
+    "inequality 'b': there is no option 'polcy'; valid ones are at, robot": lambda p, x, v, u: (
+        p.inequality("b", x, polcy=pq.Hard())
+    ),
+    "equality 'b': there is no option 'policy'": lambda p, x, v, u: p.equality(
+        "b", x, policy=pq.Hard()
+    ),
+    "link 'b': there is no option 'scael'": lambda p, x, v, u: p.link("b", x, scael=2.0),
+    "inequality 'b': policy is 'hard'; it must be one of Penalty": lambda p, x, v, u: p.inequality(
+        "b", x, policy="hard"
+    ),
+    "inequality 'b': row 0 is a relation by '=='; state a <= b": lambda p, x, v, u: p.inequality(
+        "b", x == 1
+    ),
+    "inequality 'b': row 1 is a relation by '!='": lambda p, x, v, u: p.inequality(
+        "b", ca.vertcat(v[0], v[1] != 1)
+    ),
+    "inequality 'b': row 0 is a relation by 'and'": lambda p, x, v, u: p.inequality(
+        "b", ca.logic_and(x <= 1, x >= -1)
+    ),
+    "inequality 'b': row 1 has a bound that is not finite": lambda p, x, v, u: p.inequality(
+        "b", v <= [1, float("inf")]
+    ),
+    "equality 'b': row 0 is a relation by '<='; state a == b": lambda p, x, v, u: p.equality(
+        "b", x <= 1
+    ),
+    "equality 'b': row 0 has a bound that is not finite": lambda p, x, v, u: p.equality(
+        "b", x == float("nan")
+    ),
+    "residual 'r': row 0 is a relation": lambda p, x, v, u: p.residual("r", x <= 1),
+    "cost 'r': row 0 is a relation": lambda p, x, v, u: p.cost("r", x == 1),
+    r"residual 'r' weight is -1.0 in row 0; it must be finite and not negative": (
+        lambda p, x, v, u: p.residual("r", x, weight=-1)
+    ),
+    r"residual 'r' weight is -2.0 in row 1": lambda p, x, v, u: p.residual("r", v, [1, -2]),
+    r"residual 'r' weight is nan in row 0": lambda p, x, v, u: p.residual("r", x, float("nan")),
+    r"residual 'r' weight is inf in row 0": lambda p, x, v, u: p.residual("r", x, float("inf")),
+    "block 'y': size is True": lambda p, x, v, u: p.state("y", True),
+    "block 'y': size is -1": lambda p, x, v, u: p.input("y", np.int64(-1)),
+    "parameter 'm': shape 'three' must be": lambda p, x, v, u: p.parameter("m", "three"),
+    "parameter 'm': shape True must be": lambda p, x, v, u: p.parameter("m", True),
+    "cost 'r': there is a cost of this name already": lambda p, x, v, u: (
+        p.residual("r", x, at="terminal"),
+        p.cost("r", x**2, at="all"),
+    ),
+    "residual 'r': there is a cost of this name": lambda p, x, v, u: (
+        p.residual("r", x),
+        p.residual("r", v),
+    ),
+    "inequality 'r': rows of kind equality have this name": lambda p, x, v, u: (
+        p.equality("r", x),
+        p.inequality("r", x),
+    ),
 }
 
 
@@ -283,12 +336,79 @@ def test_modules_hand_out_handles():
     assert p.handles(ca.SX) == [stiffness]
 
 
+@pytest.mark.parametrize("integer", [int, np.int32, np.int64, np.uint8])
+def test_sizes_are_integers_of_any_type(integer):
+    p = pq.Problem(horizon=integer(4), dt=0.1)
+    x, u = p.state("x", integer(2)), p.input("u", integer(3))
+    m = p.parameter("m", (integer(2), integer(3)))
+    f = p.variable("f", 3, chart=pq.Chart(integer(2), lambda y: ca.vertcat(y, 0)))
+    assert (x.shape, u.shape, m.shape, f.shape) == ((2, 1), (3, 1), (2, 3), (3, 1))
+    p.dynamics(x, m @ u)
+    assert "block f real 3 variable 2" in lowering.structure_lines(p)
+    assert "parameter m 2 3" in lowering.structure_lines(p)
+
+
+def test_a_name_may_serve_running_and_terminal_costs():
+    p, x, _, _ = cart()
+    p.residual("goal", x, weight=1.0, at="running")
+    p.residual("goal", x, weight=[10.0], at="terminal")
+    p.residual("effort", x, weight=p.parameter("w", default=-1.0))
+    assert [c.name for c in p.costs] == ["goal", "goal", "effort"]
+
+
+RELATIONS = {
+    "u <= 1": lambda u: u <= 1,
+    "1 >= u": lambda u: 1 >= u,  # noqa: SIM300
+    "u < 1": lambda u: u < 1,
+    "2 u <= u + 1": lambda u: 2 * u <= u + 1,
+    "an array on the right": lambda u: u <= np.array([1.0]),
+    "an array on the left": lambda u: np.array([1.0]) >= u,
+}
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+def test_relations_are_rows(relation):
+    p, _, _, u = cart()
+    p.inequality("limit", RELATIONS[relation](u))
+    assert values(p, u, 46.0) == [45.0]
+    assert values(p, u, -46.0) == [-47.0]
+
+
+def test_relations_from_below_and_in_columns():
+    p, _, v, u = cart()
+    p.inequality("least", u >= -2)
+    p.inequality("both", ca.vertcat(u <= 1, u >= -1, u - 3))
+    p.equality("fixed", u == 4)
+    assert values(p, u, 5.0) == [-7.0, 4.0, -6.0, 2.0, 1.0]
+    p.inequality("pair", v <= ca.vertcat(u, 2 * u))
+    assert [r.expression.shape for r in p.rows][-1] == (2, 1)
+
+
+def values(p, symbol, value):
+    """All rows at a value of one symbol."""
+    rows = ca.vertcat(*(r.expression for r in p.rows))
+    return ca.Function("rows", [symbol], [rows])(value).full().ravel().tolist()
+
+
+def test_what_a_user_writes_into_a_symbol_stays_with_the_user():
+    p, x, v, u = cart()
+    p.dynamics(x, x)
+    p.dynamics(v, increment=ca.vertcat(u, 0))
+    kept = ca.SX(v)
+    v[0] = 7
+    x += 1
+    p.residual("r", kept)
+    assert [b.symbol.shape for b in p.blocks] == [(1, 1), (2, 1), (1, 1)]
+    assert ca.depends_on(p.costs[0].expression, p.blocks[1].symbol)
+
+
 def test_manifest_lists_blocks_parameters_and_rows(complete):
     p, _, v, u = complete
     p.inequality("limit", u - 1, robot="left", limb="LF", scale=100.0)
     p.equality("end", v, at="terminal")
-    assert lowering.manifest(p).splitlines() == [
-        "palanquin 1",
+    assert lowering.manifest(p, "0123abcd").splitlines() == [
+        "palanquin 2",
+        "content 0123abcd",
         "name cart",
         "block x real 1 state 0",
         "block v real 2 state 0",
@@ -296,4 +416,7 @@ def test_manifest_lists_blocks_parameters_and_rows(complete):
         "parameter dt 1",
         "rows running inequality limit left LF 1 0 100.0",
         "rows terminal equality end - - 2 0 1.0",
+        "horizon 4",
+        "default dt 0.1",
+        "policy limit c2_penalty 420.0 0.001",
     ]

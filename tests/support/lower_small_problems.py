@@ -1,7 +1,8 @@
 """lower_small_problems.py FOLDER NAME...: lowers problems of the library for the C++ tests.
 
-Leaves NAME.so, NAME-exact.so and NAME.txt in FOLDER: the libraries, and the parameters, measured
-knot and guess, each as its number of rows and columns and then its values.
+Leaves NAME, NAME-exact.so and NAME.txt in FOLDER: the saved problem, the library of its exact
+Hessians, and the parameters, measured knot and guess, each as its number of rows and columns and
+then its values.
 """
 
 import logging
@@ -22,7 +23,7 @@ def main() -> None:
     os.environ["PALANQUIN_CACHE"] = str(folder / "cache")
     for name in names:
         lowered = LIBRARY[name].build().lower()
-        shutil.copy(lowered.report.path, folder / f"{name}.so")
+        lowered.save(folder / name)
         shutil.copy(lowered.library("exact"), folder / f"{name}-exact.so")
         with (folder / f"{name}.txt").open("w") as file:
             for array in LIBRARY[name].inputs(lowered):

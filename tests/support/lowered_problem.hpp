@@ -25,7 +25,7 @@ struct LoweredCase {
   int horizon() const { return static_cast<int>(guess.rows()) - 1; }
 
   LoweredCase(const std::string& folder, const std::string& name)
-      : problem(std::make_shared<LoweredProblem>(folder + "/" + name + ".so")),
+      : problem(std::make_shared<LoweredProblem>(folder + "/" + name)),
         exact(std::make_shared<ExactHessian>(folder + "/" + name + "-exact.so")) {
     std::ifstream file(folder + "/" + name + ".txt");
     parameters = read(file);

@@ -20,7 +20,7 @@ from palanquin.lowering.dynamics import explicit_next_state, next_state, state_j
 from palanquin.lowering.exact import exact_hessian_functions
 from palanquin.lowering.functions import sqp_functions, value_functions
 from palanquin.lowering.knot import Knot, knot_symbols
-from palanquin.lowering.manifest_lines import manifest
+from palanquin.lowering.manifest_lines import manifest, structure_lines
 from palanquin.lowering.nlp import nlp_functions
 from palanquin.lowering.stage import groups_at, stacked_rows, total_cost
 
@@ -36,6 +36,7 @@ __all__ = [
     "sqp_functions",
     "stacked_rows",
     "state_jacobians",
+    "structure_lines",
     "total_cost",
     "value_functions",
 ]

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
+
+#include "palanquin/core/lowered_library.hpp"
 
 namespace palanquin {
 
@@ -13,22 +14,6 @@ struct Sparsity {
   std::vector<int> column_start;  ///< [cols + 1]
   std::vector<int> row_index;     ///< [nnz]
   int nnz() const { return static_cast<int>(row_index.size()); }
-};
-
-/// A shared library of lowered functions, closed when its last user is gone.
-class LoweredLibrary {
- public:
-  /// Throws std::runtime_error with the loader's reason when `path` cannot be loaded.
-  explicit LoweredLibrary(const std::string& path);
-  /// Address of `symbol`; throws std::runtime_error when the library lacks it.
-  void* symbol(const std::string& symbol) const;
-  /// Address of `symbol`, null when the library lacks it.
-  void* find_symbol(const std::string& symbol) const;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-  std::shared_ptr<void> handle_;
 };
 
 /// Scratch memory for calls from one thread; created once, grown by LoweredFunction::prepare.

@@ -16,6 +16,9 @@ using VectorView = Eigen::Ref<const Eigen::VectorXd>;
 /// A trajectory with identity quaternions and zeros elsewhere.
 RowMatrix neutral_trajectory(const LoweredProblem& problem, int horizon);
 
+/// Parameters [N + 1, np] at the defaults that were stated with the problem, the same at each knot.
+RowMatrix default_parameters(const LoweredProblem& problem, int horizon);
+
 /// z (+) dz for one knot; `step` is scaled by `alpha`. All are raw knot vectors of the problem.
 void retract(const LoweredProblem& problem, const double* z, const double* dz, double alpha,
              double* moved);

@@ -48,8 +48,9 @@ struct RowViolation {
 /// it uses `threads` threads inside.
 class Transcription {
  public:
-  /// `exact` is needed by use_exact_hessians() alone. Throws std::invalid_argument for horizon < 1
-  /// or threads < 1.
+  /// `exact` is needed by use_exact_hessians() alone. Inequality families begin with the policies
+  /// that were stated with the problem. Throws std::invalid_argument for horizon < 1 or
+  /// threads < 1, std::runtime_error when `exact` is of another problem.
   Transcription(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
                 int threads = 1, std::shared_ptr<const ExactHessian> exact = nullptr);
   ~Transcription();

@@ -1,0 +1,99 @@
+"""Constraint rows as a user states them: options, relations, policies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import casadi as ca
+import numpy as np
+
+from palanquin import policies
+from palanquin.errors import ProblemError
+from palanquin.statements import checked_at, checked_column, checked_name, checked_options
+from palanquin.terms import Expression, RowGroup
+
+RowKind = Literal["equality", "inequality", "link"]
+
+
+_OPTIONS = ("at", "robot", "limb", "active", "scale")
+
+
+def row_group(
+    kind: RowKind,
+    name: str,
+    expression: Expression,
+    policy: policies.Policy,
+    options: Mapping[str, Any],
+) -> RowGroup:
+    """Checked rows; raises ProblemError that names the option and its rule.
+
+    `Problem.inequality` says what the options mean.
+    """
+    what = f"{kind} '{checked_name(kind, name)}'"
+    valid = [*_OPTIONS, *(["policy"] if kind == "inequality" else [])]
+    checked_options(what, options, valid)
+    at = checked_at(name, options.get("at", "running"))
+    if kind == "link" and at != "running":
+        raise ProblemError(f"{what}: at is '{at}'; link rows hold at running knots only")
+    robot, limb = options.get("robot", ""), options.get("limb", "")
+    for label in filter(None, (robot, limb)):
+        checked_name(f"{what}: owner", label)
+    scale = options.get("scale", 1.0)
+    if not (np.isfinite(scale) and scale > 0):
+        raise ProblemError(f"{what}: scale is {scale}; it must be positive")
+    return RowGroup(
+        name=name,
+        kind=kind,
+        at=at,
+        expression=_difference(what, kind, checked_column(what, expression)),
+        active=checked_column(f"{what} active", ca.SX(options.get("active", 1.0)), 1),
+        robot=robot,
+        limb=limb,
+        policy=policy,
+        scale=float(scale),
+    )
+
+
+def checked_policy(name: str, policy: Any) -> policies.Policy:
+    """The policy that a user gave, `Penalty()` for None; raises ProblemError for anything else."""
+    if policy is None:
+        return policies.Penalty()
+    if not isinstance(policy, policies.Policy):
+        known = ", ".join(kind.__name__ for kind in policies.Policy.__subclasses__())
+        raise ProblemError(f"inequality '{name}': policy is {policy!r}; it must be one of {known}")
+    return policy
+
+
+_RELATIONS = {
+    ca.OP_LE: "<=", ca.OP_LT: "<", ca.OP_EQ: "==", ca.OP_NE: "!=",
+    ca.OP_AND: "and", ca.OP_OR: "or", ca.OP_NOT: "not",
+}  # fmt: skip
+_UNDERSTOOD = {"inequality": ("<=", "<"), "equality": ("==",), "link": ("==",)}
+
+
+def relation(scalar: Expression) -> str:
+    """The relation that a scalar expression is, "" for one that is a number."""
+    return "" if scalar.is_leaf() else _RELATIONS.get(scalar.op(), "")
+
+
+def _difference(what: str, kind: RowKind, column: Expression) -> Expression:
+    """Rows with a <= b (or a == b) written as a - b. CasADi writes a >= b as b <= a."""
+    rows = []
+    for index, row in enumerate(ca.vertsplit(column)):
+        sign = relation(row)
+        if sign and sign not in _UNDERSTOOD[kind]:
+            raise ProblemError(
+                f"{what}: row {index} is a relation by '{sign}'; "
+                f"state a {_UNDERSTOOD[kind][0]} b, or an expression"
+            )
+        rows.append(row.dep(0) - row.dep(1) if sign else row)
+        if not _is_finite(rows[-1]):
+            raise ProblemError(f"{what}: row {index} has a bound that is not finite; leave it out")
+    return ca.vertcat(*rows)
+
+
+def _is_finite(row: Expression) -> bool:
+    """Whether no bound in `row`, a constant or a sum with one, is infinite or NaN."""
+    terms = [row] if row.is_leaf() else [row.dep(i) for i in range(row.n_dep())]
+    return all(bool(np.isfinite(float(t))) for t in terms if t.is_constant())
