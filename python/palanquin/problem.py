@@ -366,11 +366,7 @@ class Problem:
         policy: policies.Policy,
         options: Mapping[str, Any],
     ) -> None:
-        group = row_group(kind, name, expression, policy, options)
-        for other in self._contents.rows:
-            if other.name == name and other.kind != kind:
-                raise ProblemError(f"{kind} '{name}': rows of kind {other.kind} have this name")
-        self._contents.rows.append(group)
+        self._contents.rows.append(row_group(kind, name, expression, policy, options))
 
 
 def _resolved(block: Block, value: Deferred | None, increment: Deferred | None) -> Dynamics:

@@ -126,10 +126,6 @@ REFUSED = {
         p.residual("r", x),
         p.residual("r", v),
     ),
-    "inequality 'r': rows of kind equality have this name": lambda p, x, v, u: (
-        p.equality("r", x),
-        p.inequality("r", x),
-    ),
 }
 
 
