@@ -14,7 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from palanquin.benchmarks.suites.stated_program import stage_cost
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.plan import Plan, Sqp
 from palanquin.policies import Hard, Penalty, Policy
 from palanquin.problems.collection import COLLECTION, Start

@@ -18,7 +18,7 @@ import numpy as np
 
 from palanquin import quaternion
 from palanquin.benchmarks.peers import penalties
-from palanquin.lowered import NamedArray
+from palanquin.named_array import NamedArray
 from palanquin.policies import Hard, Policy
 from palanquin.problem import Block, Problem, Role
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from palanquin.lowered import NamedArray
+from palanquin.named_array import NamedArray
 from palanquin.policies import Hard
 from palanquin.problem import Chart, Problem, Role
 from palanquin.problems.clm.build import build_clm

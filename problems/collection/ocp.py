@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from palanquin.lowered import Lowered, NamedArray
+from palanquin.lowered import Lowered
+from palanquin.named_array import NamedArray
 from palanquin.problem import Problem
 
 Values = Mapping[str, Any]

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 
-from palanquin.lowered import NamedArray
+from palanquin.named_array import NamedArray
 from palanquin.policies import Hard, Penalty
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
