@@ -102,13 +102,12 @@ class FeedbackProbe:
         self._steps += 1
         if last is None or self._steps % self.EVERY:
             return None
-        parameters, measured = plan._inputs
+        at = plan.evaluation.snapshot
         guess = self._planner.lowered.shift(last.trajectory, self._planner.params, PERIOD)
         engine = self._sqp._core
-        if not engine.prepare(parameters, measured, guess.values):
+        if not engine.prepare(at.parameters, at.measured, guess.values):
             return None
-        engine.feedback(measured)
-        return float(engine.feedback_ms)
+        return float(engine.feedback_plan(at.measured).feedback_ms)
 
 
 class WarmRun:

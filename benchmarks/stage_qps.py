@@ -7,8 +7,8 @@ from palanquin.plan import Sqp
 
 
 def qp_at_plan(sqp: Sqp) -> _core.StageQp:
-    """The QP at the trajectory that `sqp` found last; valid until it solves again."""
-    return _core.linearize(sqp._core.transcription, sqp._core.trajectory)
+    """The QP at the trajectory that `sqp` found last."""
+    return _core.StageQpSource().at(sqp._core.plan())
 
 
 def qp_flops(sqp: Sqp) -> float:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from palanquin.benchmarks.variant import Task
-from palanquin.plan import Sqp
 from palanquin.problem import Problem
 from palanquin.problems.clm.build import build_clm
 from palanquin.problems.clm.planner import Planner
@@ -76,7 +75,6 @@ class ClosedLoop:
     def __post_init__(self) -> None:
         self.state = self.planner.nominal_state()
         self.ticks = 0
-        self._one_interval = Sqp(self.planner.lowered, horizon=1)
         self.planner.settle(0.0, self.state, COMMAND)
 
     def tick(self) -> tuple[TeamPlan, float]:
@@ -95,11 +93,8 @@ class ClosedLoop:
         That is the running cost of the measured state and the inputs applied there, and the
         terminal cost of the state `bodies` that they lead to.
         """
-        planner, transcription = self.planner, self._one_interval._core.transcription
+        planner = self.planner
         knots = plan.plan.xs[:2].copy()
         knots[0, planner.columns.bodies], knots[1, planner.columns.bodies] = now.bodies, bodies
         knots[0, planner.columns.feet] = now.feet
-        transcription.set_parameters(planner.params.values[:2])
-        transcription.set_measured(knots[0])
-        evaluation = transcription.evaluate(knots)
-        return float(evaluation.cost + evaluation.penalty)
+        return planner.lowered.evaluate(knots, planner.params.values[:2], knots[0]).cost

@@ -24,7 +24,7 @@ class Judge:
     """Cost and equality residual of any trajectory, by our own functions on the paper's form."""
 
     def __init__(self, lowered: Lowered, instances: list[Instance]) -> None:
-        self._transcription = Sqp(lowered, qp="ldl", form="paper")._core.transcription
+        self._lowered = lowered
         self._instances = instances
 
     def outcome(
@@ -37,11 +37,8 @@ class Judge:
     ) -> Outcome:
         """What is to be said about an answer [N + 1, nz] to problem number `index`."""
         instance = self._instances[index]
-        self._transcription.set_parameters(instance.params.values)
-        self._transcription.set_measured(instance.measured.values)
-        evaluation = self._transcription.evaluate(np.ascontiguousarray(trajectory))
-        cost = float(evaluation.cost + evaluation.penalty)
-        return Outcome(milliseconds, iterations, cost, float(evaluation.equality_max), failure)
+        at = self._lowered.evaluate(trajectory, instance.params, instance.measured, form="paper")
+        return Outcome(milliseconds, iterations, at.cost, at.equality_violation, failure)
 
 
 class OwnPeer:

@@ -14,7 +14,6 @@ from palanquin.benchmarks.peers.instance import Instance
 from palanquin.benchmarks.peers.outcome import Outcome
 from palanquin.benchmarks.variant import Form
 from palanquin.lowered import Lowered
-from palanquin.plan import Sqp
 
 OSQP_TOLERANCE = 1e-5
 
@@ -24,17 +23,14 @@ class StepQps:
 
     def __init__(self, lowered: Lowered, form: Form, instances: list[Instance]) -> None:
         self.form = form
-        self._transcription = Sqp(lowered, qp="ldl", form=form)._core.transcription
+        self._lowered, self._qps = lowered, _core.StageQpSource()
         self._instances = instances
         self.matrices = [equality_qp(*self.at(i)) for i in range(len(instances))]
 
     def at(self, index: int) -> tuple[_core.StageQp, _core.PenaltyModel]:
         """QP number `index`, valid until the next call."""
-        instance, transcription = self._instances[index], self._transcription
-        transcription.set_parameters(instance.params.values)
-        transcription.set_measured(instance.measured.values)
-        guess = transcription.project(instance.guess.values)
-        qp = _core.linearize(transcription, guess)
+        at = self._instances[index]
+        qp = self._qps.at(self._lowered.snapshot(at.guess, at.params, at.measured, form=self.form))
         return qp, _core.PenaltyModel(qp)
 
     def outcome(

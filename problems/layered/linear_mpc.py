@@ -39,6 +39,7 @@ class LinearMpc:
         options.setdefault("qp_settings", {"structured": {"equality_weight": _EQUALITY_WEIGHT}})
         self.sqp = Sqp(self.lowered, qp=qp, **options)
         self.guess = self.lowered.trajectory().values.copy()
+        self._qps = _core.StageQpSource()
         self._places = self.lowered.wrap(np.arange(self.guess.shape[1], dtype=float))
 
     def columns(self, *blocks: str) -> np.ndarray:
@@ -74,7 +75,4 @@ class LinearMpc:
 
     def linearise(self) -> _core.StageQp:
         """The QP for what stands in `params` and `guess`, valid until the next one."""
-        transcription = self.sqp.transcription
-        transcription.set_parameters(self.params.values)
-        transcription.set_measured(self.guess[0])
-        return _core.linearize(transcription, transcription.project(self.guess))
+        return self._qps.at(self.lowered.snapshot(self.guess, self.params, self.guess[0]))

@@ -1,9 +1,11 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings.hpp"
@@ -96,6 +98,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("cost_tolerance", &SqpSettings::cost_tolerance)
       .def_rw("equality_tolerance", &SqpSettings::equality_tolerance)
       .def_rw("regularization", &SqpSettings::regularization)
+      .def_rw("usable_violation", &SqpSettings::usable_violation)
       .def_rw("globalize", &SqpSettings::globalize)
       .def_rw("line_search", &SqpSettings::line_search)
       .def_rw("subproblem", &SqpSettings::subproblem)
@@ -108,8 +111,59 @@ void bind_settings(nb::module_& m) {
       .def_rw("max_seconds", &IpoptSettings::max_seconds)
       .def_rw("initial_barrier", &IpoptSettings::initial_barrier)
       .def_rw("penalize", &IpoptSettings::penalize)
+      .def_rw("usable_violation", &IpoptSettings::usable_violation)
       .def_rw("print_level", &IpoptSettings::print_level)
       .def("explain_invalid", &IpoptSettings::explain_invalid);
+}
+
+void make_snapshot(Snapshot* self, std::shared_ptr<LoweredProblem> problem, Form form,
+                   const RowMatrix& parameters, const Eigen::VectorXd& measured,
+                   const RowMatrix& trajectory, const std::map<std::string, Policy>& policies) {
+  Snapshot made(std::make_shared<const TranscriptionModel>(
+      std::move(problem), static_cast<int>(trajectory.rows()) - 1, form));
+  const TranscriptionModel& model = *made.model;
+  model.check_trajectory(trajectory);
+  RowPolicies of_rows(model.problem());
+  for (const auto& [family, policy] : policies) of_rows.set(model.problem(), family, policy);
+  made.inputs.set_policies(std::make_shared<const RowPolicies>(std::move(of_rows)));
+  made.inputs.set_parameters(model, parameters);
+  made.inputs.set_measured(model, measured);
+  made.trajectory = trajectory;
+  new (self) Snapshot(std::move(made));
+}
+
+using RecordState = std::tuple<std::array<double, 5>, int, bool, int, int, std::array<double, 5>>;
+
+RecordState state_of(const IterationRecord& r) {
+  const PhaseTimes& t = r.times;
+  return {{r.cost, r.penalty, r.equality_max, r.predicted, r.step_length},
+          static_cast<int>(r.step),
+          r.refused_cycle,
+          r.inner_iterations,
+          static_cast<int>(r.qp_status),
+          {t.transcribe, t.linearize, t.update, t.solve, t.globalize}};
+}
+
+void restore_record(IterationRecord& self, const RecordState& state) {
+  const auto& [numbers, step, refused_cycle, inner_iterations, qp_status, times] = state;
+  IterationRecord& r = *new (&self) IterationRecord;
+  r.cost = numbers[0];
+  r.penalty = numbers[1];
+  r.equality_max = numbers[2];
+  r.predicted = numbers[3];
+  r.step_length = numbers[4];
+  r.step = static_cast<StepKind>(step);
+  r.refused_cycle = refused_cycle;
+  r.inner_iterations = inner_iterations;
+  r.qp_status = static_cast<QpStatus>(qp_status);
+  r.times = {times[0], times[1], times[2], times[3], times[4]};
+}
+
+/// What a getter of Sqp refers to, copied before another thread may change it.
+template <auto getter>
+auto copied(const Sqp& sqp) {
+  const auto use = sqp.read("reading a result");
+  return std::decay_t<decltype((sqp.*getter)())>((sqp.*getter)());
 }
 
 void bind_results(nb::module_& m) {
@@ -144,7 +198,9 @@ void bind_results(nb::module_& m) {
       .def_ro("refused_cycle", &IterationRecord::refused_cycle)
       .def_ro("inner_iterations", &IterationRecord::inner_iterations)
       .def_prop_ro("qp_status", [](const IterationRecord& r) { return to_string(r.qp_status); })
-      .def_ro("times", &IterationRecord::times);
+      .def_ro("times", &IterationRecord::times)
+      .def("__getstate__", &state_of)
+      .def("__setstate__", &restore_record);
   nb::class_<Evaluation>(m, "Evaluation", "Merit quantities of a trajectory.")
       .def_ro("cost", &Evaluation::cost)
       .def_ro("penalty", &Evaluation::penalty)
@@ -155,19 +211,26 @@ void bind_results(nb::module_& m) {
   nb::class_<RowViolation>(m, "RowViolation")
       .def_ro("name", &RowViolation::name)
       .def_ro("value", &RowViolation::value);
-  nb::class_<Transcription>(m, "Transcription", "Evaluates trajectories; see transcription.hpp.")
-      .def("set_parameters", &Transcription::set_parameters, "parameters"_a)
-      .def("set_measured", &Transcription::set_measured, "measured"_a)
-      .def(
-          "project",
-          [](Transcription& t, RowMatrix z) {
-            t.project(z);
-            return z;
-          },
-          "trajectory"_a)
-      .def("evaluate", &Transcription::evaluate, "trajectory"_a)
-      .def("violations", &Transcription::violations, "trajectory"_a)
-      .def("worst_rows", &Transcription::worst_rows, "trajectory"_a, "count"_a);
+  nb::class_<Snapshot>(m, "Snapshot", "A trajectory that can be evaluated; see snapshot.hpp.")
+      .def("__init__", &make_snapshot, "problem"_a, "form"_a, "parameters"_a, "measured"_a,
+           "trajectory"_a, "policies"_a)
+      .def_prop_ro("trajectory", [](const Snapshot& s) { return RowMatrix(s.trajectory); })
+      .def_prop_ro("parameters", [](const Snapshot& s) { return RowMatrix(s.inputs.parameters()); })
+      .def_prop_ro("measured",
+                   [](const Snapshot& s) { return Eigen::VectorXd(s.inputs.measured()); })
+      .def("evaluate", &Snapshot::evaluate)
+      .def("violations", &Snapshot::violations)
+      .def("worst_rows", &Snapshot::worst_rows, "count"_a);
+  nb::class_<Plan, Snapshot>(m, "Plan", "Outcome of a solve, a value; see plan.hpp.")
+      .def_ro("status", &Plan::status)
+      .def_prop_ro("is_usable", &Plan::is_usable)
+      .def_ro("message", &Plan::message)
+      .def_ro("evaluation", &Plan::evaluation)
+      .def_ro("iterations", &Plan::iterations)
+      .def_ro("history", &Plan::history)
+      .def_ro("times", &Plan::times)
+      .def_ro("feedback_ms", &Plan::feedback_ms)
+      .def("violations", &Plan::violations);
 }
 
 }  // namespace
@@ -192,27 +255,22 @@ void bind_solvers(nb::module_& m) {
       .def("set_policy", &Sqp::set_policy, "family"_a, "policy"_a)
       .def("solve", &Sqp::solve, "parameters"_a, "measured"_a, "guess"_a,
            nb::call_guard<nb::gil_scoped_release>())
+      .def("solve_plan", &Sqp::solve_plan, "parameters"_a, "measured"_a, "guess"_a,
+           nb::call_guard<nb::gil_scoped_release>())
       .def("prepare", &Sqp::prepare, "parameters"_a, "predicted"_a, "guess"_a,
            nb::call_guard<nb::gil_scoped_release>())
-      .def("feedback", &Sqp::feedback, "measured"_a, nb::call_guard<nb::gil_scoped_release>())
-      .def_prop_ro("feedback_ms", &Sqp::feedback_ms)
+      .def("feedback_plan", &Sqp::feedback_plan, "measured"_a,
+           nb::call_guard<nb::gil_scoped_release>())
       .def("feedback_gain", &Sqp::feedback_gain)
+      .def("plan", &Sqp::plan)
+      .def_prop_ro("is_usable", &Sqp::has_usable_plan)
       .def_prop_ro("model_cost", &Sqp::model_cost)
       .def_prop_ro("dynamics_multipliers", &Sqp::dynamics_multipliers)
       .def_prop_ro("status", &Sqp::status)
-      .def_prop_ro("message", &Sqp::message)
-      .def_prop_ro("trajectory", [](const Sqp& s) { return RowMatrix(s.trajectory()); })
-      .def_prop_ro("evaluation", [](const Sqp& s) { return Evaluation(s.evaluation()); })
-      .def_prop_ro("history", &Sqp::history, nb::rv_policy::copy)
-      .def_prop_ro("times", &Sqp::times)
-      .def_prop_ro("transcription", &Sqp::transcription, nb::rv_policy::reference_internal);
+      .def_prop_ro("message", &copied<&Sqp::message>)
+      .def_prop_ro("trajectory", &copied<&Sqp::trajectory>)
+      .def_prop_ro("times", &Sqp::times);
 
-  nb::class_<IpoptResult>(m, "IpoptResult")
-      .def_ro("status", &IpoptResult::status)
-      .def_ro("message", &IpoptResult::message)
-      .def_ro("iterations", &IpoptResult::iterations)
-      .def_ro("milliseconds", &IpoptResult::milliseconds)
-      .def_prop_ro("trajectory", [](const IpoptResult& r) { return RowMatrix(r.trajectory); });
   nb::class_<Ipopt>(m, "Ipopt", "Interior-point ground truth; see ipopt.hpp.")
       .def(
           "__init__",
@@ -225,16 +283,14 @@ void bind_solvers(nb::module_& m) {
       .def(
           "solve",
           [](Ipopt& self, MatrixView parameters, VectorView measured, MatrixView guess) {
-            IpoptResult result;
-            {
+            Plan plan = [&] {
               nb::gil_scoped_release release;
-              result = self.solve(parameters, measured, guess, no_signal_came);
-            }
+              return self.solve(parameters, measured, guess, no_signal_came);
+            }();
             if (PyErr_Occurred()) throw nb::python_error();
-            return result;
+            return plan;
           },
-          "parameters"_a, "measured"_a, "guess"_a)
-      .def_prop_ro("transcription", &Ipopt::transcription, nb::rv_policy::reference_internal);
+          "parameters"_a, "measured"_a, "guess"_a);
 }
 
 }  // namespace palanquin

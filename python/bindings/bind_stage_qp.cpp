@@ -7,8 +7,9 @@
 #include <stdexcept>
 
 #include "bindings.hpp"
+#include "palanquin/core/diagnosis/snapshot.hpp"
 #include "palanquin/core/stage_qp.hpp"
-#include "palanquin/core/transcription.hpp"
+#include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "palanquin/solvers/qp_structured.hpp"
 
@@ -39,11 +40,30 @@ const QpStage& stage_at(const StageQp& qp, int knot) {
   return qp.stages[static_cast<std::size_t>(knot)];
 }
 
-const StageQp& linearize(Transcription& transcription, const RowMatrix& trajectory) {
-  const NonFinite bad = transcription.linearize(trajectory);
-  if (bad.found) throw std::invalid_argument(bad.message);
-  return transcription.qp();
-}
+/// Linearises trajectories with a workspace of its own, apart from any solver's.
+class StageQpSource {
+ public:
+  const StageQp& at(const Snapshot& snapshot) {
+    if (workspace_ == nullptr || !is_model(*snapshot.model))
+      workspace_ = std::make_unique<TranscriptionWorkspace>(snapshot.model);
+    workspace_->set_policies(snapshot.inputs.shared_policies());
+    workspace_->set_parameters(snapshot.inputs.parameters());
+    workspace_->set_measured(snapshot.inputs.measured());
+    RowMatrix trajectory = snapshot.trajectory;
+    workspace_->project(trajectory);
+    const NonFinite bad = workspace_->linearize(trajectory);
+    if (bad.found) throw std::invalid_argument(bad.message);
+    return workspace_->qp();
+  }
+
+ private:
+  bool is_model(const TranscriptionModel& model) const {
+    return &workspace_->problem() == &model.problem() && workspace_->horizon() == model.horizon() &&
+           workspace_->model().form() == model.form();
+  }
+
+  std::unique_ptr<TranscriptionWorkspace> workspace_;
+};
 
 double structured_flops(const StageQp& qp) {
   PenaltyModel model;
@@ -122,9 +142,10 @@ void bind_stage_qp(nb::module_& m) {
         return make_qp_solver(name, settings);
       },
       "name"_a, "settings"_a = QpSettings{});
-  m.def("linearize", &linearize, "transcription"_a, "trajectory"_a, nb::rv_policy::reference,
-        nb::keep_alive<0, 1>(),
-        "The StageQp at a trajectory [N + 1, nz]; valid until the next linearisation.");
+  nb::class_<StageQpSource>(m, "StageQpSource", "Linearises trajectories, apart from any solver.")
+      .def(nb::init<>())
+      .def("at", &StageQpSource::at, "snapshot"_a, nb::rv_policy::reference_internal,
+           "The StageQp at a snapshot's trajectory, projected; valid until the next call.");
   m.def(
       "kernel_level",
       [] { return std::string(to_string(resolve_kernel_level(KernelLevel::Automatic))); },

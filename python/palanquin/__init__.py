@@ -13,16 +13,19 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from palanquin.candidates import Candidates, Choice
 from palanquin.errors import LoweringError, PalanquinError, ProblemError
+from palanquin.evaluation import Evaluation
 from palanquin.lowered import Lowered, LoweringReport, load, lower
 from palanquin.named_array import NamedArray
-from palanquin.plan import Ipopt, Plan, Sqp, Status, configure
+from palanquin.plan import Ipopt, Plan, Sqp, Status
 from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, SquaredHinge
 from palanquin.problem import Chart, Problem, Role
+from palanquin.settings import configure
 
 __all__ = [
     "Candidates",
     "Chart",
     "Choice",
+    "Evaluation",
     "Hard",
     "Ipopt",
     "Lowered",

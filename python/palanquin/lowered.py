@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from palanquin import _core, compilation
 from palanquin.code import Code, Kind, SavedCode, StatedCode
 from palanquin.errors import LoweringError
+from palanquin.evaluation import Evaluation, snapshot
 from palanquin.named_array import NamedArray
 from palanquin.policies import Policy, policy_of
 from palanquin.problem import Problem, checked_horizon
@@ -108,6 +109,45 @@ class Lowered:
         """The plan as seen `elapsed` seconds later, as a warm start (see C++ `shift`)."""
         spacing = np.ascontiguousarray(parameters["dt"])
         return self.wrap(_core.shift(self.core, trajectory.values, spacing, float(elapsed)))
+
+    def evaluate(
+        self,
+        trajectory: NamedArray | ArrayLike,
+        parameters: NamedArray | ArrayLike,
+        measured: NamedArray | ArrayLike,
+        policies: Mapping[str, Policy] | None = None,
+        form: str = "reduced",
+    ) -> Evaluation:
+        """Cost and violations of any trajectory, taken as it is.
+
+        Args:
+            trajectory: [N + 1, nz].
+            parameters: [N + 1, np], of which N is read.
+            measured: knot vector [nz], as of `Sqp.solve`.
+            policies: of families that are not to enter by default.
+            form: "reduced", or "paper" for the rows too that roles and charts hold.
+
+        Raises:
+            ValueError: a wrong shape, a value that is not finite, an unknown family.
+        """
+        at = self.snapshot(trajectory, parameters, measured, policies, form)
+        return Evaluation.of(at.evaluate(), at)
+
+    def snapshot(
+        self,
+        trajectory: NamedArray | ArrayLike,
+        parameters: NamedArray | ArrayLike,
+        measured: NamedArray | ArrayLike,
+        policies: Mapping[str, Policy] | None = None,
+        form: str = "reduced",
+    ) -> _core.Snapshot:
+        """The engine's view of a trajectory; arguments as of `evaluate`."""
+        return snapshot(
+            self.core,
+            _core.Form[form.upper()],
+            {**self.policies, **(policies or {})},
+            *(np.asarray(array, float) for array in (parameters, measured, trajectory)),
+        )
 
     def library(self, kind: Kind) -> str:
         """Path of a further library: "nlp" for Ipopt, "exact" for exact Hessians; cached too."""

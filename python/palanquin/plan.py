@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from enum import Enum
-from functools import cached_property
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from palanquin import _core, pickling
+from palanquin import _core
 from palanquin.errors import ProblemError
+from palanquin.evaluation import Evaluation, core_policy
 from palanquin.lowered import Lowered
 from palanquin.named_array import NamedArray
 from palanquin.policies import Policy
 from palanquin.problem import checked_horizon
+from palanquin.settings import configure
 
-pickling.register()
 Status = _core.Status
 
 SQP_PHASES = ("transcribe", "linearize", "update", "solve", "globalize")
@@ -29,14 +28,17 @@ solution; evaluations and line search."""
 class Plan:
     """Outcome of a solve. The trajectory is the last accepted iterate whatever the status says.
 
+    A plan is a value: it says the same whatever its solver does afterwards, may be read by any
+    thread, and pickles (see `Evaluation`). Costs and violations are NaN where the status is
+    NON_FINITE.
+
     Attributes:
         trajectory: plan.trajectory["block"] is a view [N + 1, size].
-        status: why the solver stopped; `is_usable` whether the plan may be executed.
-        message: the same in words.
-        cost: tracking_cost + penalty_cost.
-        tracking_cost: objective without penalties.
-        penalty_cost: sum of all penalties.
-        equality_violation: largest residual of dynamics, equality and link rows.
+        status: why the solver stopped.
+        is_usable: whether the plan may be executed: the solve ended well, and no equality or hard
+            row is violated by more than the solver's `usable_violation`.
+        message: the status in words.
+        evaluation: what follows is read from it.
         iterations: a record per SQP iteration (empty for Ipopt).
         iteration_count: number of iterations.
         timings_ms: milliseconds per phase, and "total".
@@ -44,46 +46,46 @@ class Plan:
 
     trajectory: NamedArray
     status: _core.Status
+    is_usable: bool
     message: str
-    tracking_cost: float
-    penalty_cost: float
-    equality_violation: float
+    evaluation: Evaluation
     iterations: list[_core.IterationRecord]
     iteration_count: int
     timings_ms: dict[str, float]
-    _transcription: _core.Transcription = field(repr=False)
-    _inputs: tuple[NDArray[np.float64], NDArray[np.float64]] = field(repr=False)
 
     @property
-    def is_usable(self) -> bool:
-        """Whether the plan may be executed."""
-        return _core.is_usable(self.status)
+    def tracking_cost(self) -> float:
+        """Objective without penalties."""
+        return self.evaluation.tracking_cost
+
+    @property
+    def penalty_cost(self) -> float:
+        """Sum of all penalties."""
+        return self.evaluation.penalty_cost
 
     @property
     def cost(self) -> float:
         """Objective with penalties."""
-        return self.tracking_cost + self.penalty_cost
+        return self.evaluation.cost
+
+    @property
+    def equality_violation(self) -> float:
+        """Largest residual of dynamics, equality and link rows."""
+        return self.evaluation.equality_violation
 
     @property
     def xs(self) -> NDArray[np.float64]:
         """The knot vectors [N + 1, nz]; use `trajectory` for named blocks."""
         return self.trajectory.values
 
-    @cached_property
+    @property
     def violation(self) -> dict[str, float]:
         """Largest violation of each inequality family, in physical units."""
-        return self._at_inputs().violations(self.trajectory.values)
+        return self.evaluation.violation
 
     def worst_rows(self, count: int = 5) -> list[tuple[str, float]]:
         """Names and residuals of the worst rows: constraint, robot, limb, row, knot."""
-        rows = self._at_inputs().worst_rows(self.trajectory.values, count)
-        return [(r.name, r.value) for r in rows]
-
-    def _at_inputs(self) -> _core.Transcription:
-        # The solver may have moved on to other parameters since.
-        self._transcription.set_parameters(self._inputs[0])
-        self._transcription.set_measured(self._inputs[1])
-        return self._transcription
+        return self.evaluation.worst_rows(count)
 
 
 Settings = TypeVar("Settings", _core.SqpSettings, _core.IpoptSettings)
@@ -114,9 +116,23 @@ class _Solver(Generic[Settings]):
         raise NotImplementedError
 
     def set_policy(self, family: str, policy: Policy) -> None:
-        """Changes how an inequality family enters; needs no lowering."""
-        stiffness, smoothing = policy.coefficients()
-        self._core.set_policy(family, _core.Policy(policy.kind, stiffness, smoothing))
+        """Changes how an inequality family enters, from the next `solve` or `prepare` on; needs no
+        lowering.
+        """
+        self._core.set_policy(family, core_policy(policy))
+
+    def _plan(self, found: _core.Plan, timings_ms: dict[str, float]) -> Plan:
+        """The engine's plan, with names."""
+        return Plan(
+            trajectory=self.lowered.wrap(found.trajectory),
+            status=found.status,
+            is_usable=found.is_usable,
+            message=found.message,
+            evaluation=Evaluation.of(found.evaluation, found),
+            iterations=found.history,
+            iteration_count=found.iterations,
+            timings_ms=timings_ms,
+        )
 
     def _inputs(
         self,
@@ -139,6 +155,8 @@ class _Solver(Generic[Settings]):
 class Sqp(_Solver[_core.SqpSettings]):
     """The SQP solver of a lowered problem.
 
+    It serves one thread at a time: a call that meets another one is a RuntimeError.
+
     Args:
         lowered: the problem.
         settings: from `sqp_settings`; or give its fields as options.
@@ -152,7 +170,6 @@ class Sqp(_Solver[_core.SqpSettings]):
     """
 
     _settings_type = _core.SqpSettings
-    _prepared: tuple[NDArray[np.float64], ...] = ()
 
     def _make_core(self) -> _core.Sqp:
         is_exact = self.settings.hessian == _core.HessianKind.EXACT
@@ -176,8 +193,8 @@ class Sqp(_Solver[_core.SqpSettings]):
             The plan; numerical failure is in its status, never an exception.
         """
         p, z, start = self._inputs(parameters, measured, guess)
-        self._core.solve(p, z, start)
-        return self._plan(p, z)
+        found = self._core.solve_plan(p, z, start)
+        return self._plan(found, _phases(found))
 
     def advance(
         self,
@@ -195,6 +212,11 @@ class Sqp(_Solver[_core.SqpSettings]):
     def latest(self) -> NDArray[np.float64]:
         """The trajectory [N + 1, nz] of the last solve."""
         return self._core.trajectory
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether it may be executed, see `Plan`."""
+        return self._core.is_usable
 
     @property
     def model_cost(self) -> float:
@@ -216,11 +238,6 @@ class Sqp(_Solver[_core.SqpSettings]):
         """Multipliers of the dynamics in the last QP, [N, ndx]; row k from knot k to k + 1."""
         return self._core.dynamics_multipliers
 
-    @property
-    def transcription(self) -> _core.Transcription:
-        """What linearises and evaluates trajectories of the last solve's parameters."""
-        return self._core.transcription
-
     def prepare(
         self,
         parameters: NamedArray,
@@ -236,7 +253,6 @@ class Sqp(_Solver[_core.SqpSettings]):
             False when a function is not finite there; `feedback` must then not be called.
         """
         p, z, start = self._inputs(parameters, predicted, guess)
-        self._prepared = (p, z)
         return bool(self._core.prepare(p, z, start))
 
     def feedback(self, measured: NamedArray | ArrayLike) -> Plan:
@@ -246,11 +262,8 @@ class Sqp(_Solver[_core.SqpSettings]):
         Raises:
             RuntimeError: nothing was prepared.
         """
-        z = np.asarray(measured, float)
-        self._core.feedback(z)
-        plan = self._plan(self._prepared[0], z)
-        plan.timings_ms["feedback"] = self._core.feedback_ms
-        return plan
+        found = self._core.feedback_plan(np.asarray(measured, float))
+        return self._plan(found, {**_phases(found), "feedback": found.feedback_ms})
 
     def feedback_gain(self) -> NDArray[np.float64]:
         """dz_0/dx_0 of the last solution [ndz, ndx], in the tangent space: how the first knot's
@@ -258,22 +271,9 @@ class Sqp(_Solver[_core.SqpSettings]):
         """
         return self._core.feedback_gain()
 
-    def _plan(self, p: NDArray[np.float64], z: NDArray[np.float64]) -> Plan:
-        evaluation, times = self._core.evaluation, self._core.times
-        history = self._core.history
-        return Plan(
-            trajectory=self.lowered.wrap(self._core.trajectory),
-            status=self._core.status,
-            message=self._core.message,
-            tracking_cost=evaluation.cost,
-            penalty_cost=evaluation.penalty,
-            equality_violation=evaluation.equality_max,
-            iterations=history,
-            iteration_count=len(history),
-            timings_ms={phase: getattr(times, phase) for phase in (*SQP_PHASES, "total")},
-            _transcription=self._core.transcription,
-            _inputs=(p.copy(), z.copy()),
-        )
+
+def _phases(found: _core.Plan) -> dict[str, float]:
+    return {phase: getattr(found.times, phase) for phase in (*SQP_PHASES, "total")}
 
 
 class Ipopt(_Solver[_core.IpoptSettings]):
@@ -293,56 +293,5 @@ class Ipopt(_Solver[_core.IpoptSettings]):
     ) -> Plan:
         """As `Sqp.solve`. Inequalities are hard constraints unless `penalize` is set."""
         p, z, start = self._inputs(parameters, measured, guess)
-        result = self._core.solve(p, z, start)
-        transcription = self._core.transcription
-        evaluation = transcription.evaluate(result.trajectory)
-        return Plan(
-            trajectory=self.lowered.wrap(result.trajectory),
-            status=result.status,
-            message=result.message,
-            tracking_cost=evaluation.cost,
-            penalty_cost=evaluation.penalty if self.settings.penalize else 0.0,
-            equality_violation=evaluation.equality_max,
-            iterations=[],
-            iteration_count=result.iterations,
-            timings_ms={"solve": result.milliseconds, "total": result.milliseconds},
-            _transcription=transcription,
-            _inputs=(p.copy(), z.copy()),
-        )
-
-
-def configure(settings: Any, **options: Any) -> Any:
-    """Sets fields of an engine settings struct by name; dicts set nested structs.
-
-    Raises ProblemError for an unknown name or a value of the wrong type.
-    """
-    known = pickling.fields(settings)
-    for name, value in options.items():
-        if name not in known:
-            raise ProblemError(
-                f"{type(settings).__name__} has no field '{name}'; it has {', '.join(known)}"
-            )
-        current = getattr(settings, name)
-        if isinstance(value, np.generic):
-            value = value.item()
-        if isinstance(value, dict) and not isinstance(current, (str, int, float, Enum)):
-            configure(current, **value)
-            continue
-        if isinstance(value, str) and isinstance(current, Enum):
-            value = _member(name, type(current), value)
-        try:
-            setattr(settings, name, value)
-        except TypeError as error:
-            raise ProblemError(
-                f"{type(settings).__name__}.{name} is {value!r}, "
-                f"a {type(value).__name__}; a {type(current).__name__} is needed"
-            ) from error
-    return settings
-
-
-def _member(name: str, kind: type[Enum], value: str) -> Enum:
-    """The member that a string in lower case names."""
-    members = {member.name.lower(): member for member in kind}
-    if value not in members:
-        raise ProblemError(f"{name} is '{value}'; it must be one of {', '.join(members)}")
-    return members[value]
+        found = self._core.solve(p, z, start)
+        return self._plan(found, {"solve": found.times.solve, "total": found.times.total})

@@ -7,6 +7,7 @@
 
 #include "ipopt_status.hpp"
 #include "nlp.hpp"
+#include "palanquin/core/diagnosis/non_finite.hpp"
 #include "setting_rules.hpp"
 
 namespace palanquin {
@@ -17,6 +18,7 @@ std::string IpoptSettings::explain_invalid() const {
       .positive("tolerance", tolerance)
       .positive("max_seconds", max_seconds)
       .positive("initial_barrier", initial_barrier)
+      .positive("usable_violation", usable_violation)
       .check(print_level >= 0 && print_level <= 12, "print_level", print_level, "0 to 12")
       .sentence();
 }
@@ -26,7 +28,8 @@ Ipopt::Ipopt(std::shared_ptr<const LoweredProblem> problem, const std::string& n
     : problem_(std::move(problem)),
       functions_(std::make_unique<Functions>(nlp_library)),
       settings_(settings),
-      transcription_(problem_, horizon, Form::Paper) {
+      transcription_(std::make_shared<const TranscriptionModel>(problem_, horizon, Form::Paper)),
+      policies_(transcription_.inputs().shared_policies()) {
   if (const std::string reason = settings.explain_invalid(); !reason.empty())
     throw std::invalid_argument(reason);
   functions_->library.check_structure(problem_->manifest());
@@ -35,7 +38,10 @@ Ipopt::Ipopt(std::shared_ptr<const LoweredProblem> problem, const std::string& n
 Ipopt::~Ipopt() = default;
 
 void Ipopt::set_policy(const std::string& family, const Policy& policy) {
-  transcription_.set_policy(family, policy);
+  const auto use = user_.change("set_policy");
+  auto changed = std::make_shared<RowPolicies>(*policies_);
+  changed->set(*problem_, family, policy);
+  policies_ = std::move(changed);
 }
 
 namespace {
@@ -58,17 +64,22 @@ class WatchedNlp final : public Nlp {
 
 }  // namespace
 
-IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
-                         const std::function<bool()>& goes_on) {
+Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
+                  const std::function<bool()>& goes_on) {
+  const auto use = user_.change("solve");
+  transcription_.set_policies(policies_);
   transcription_.set_parameters(parameters);
   transcription_.set_measured(measured);
   RowMatrix start = guess;
   transcription_.project(start);
   transcription_.place_initial_state(start);
 
-  IpoptResult result;
-  transcription_.linearize(start);
-  if (const NonFinite bad = transcription_.find_non_finite(); bad.found) {
+  Plan result(transcription_.shared_model());
+  result.inputs = transcription_.inputs();
+  result.usable_violation = settings_.usable_violation;
+  NonFinite bad = transcription_.linearize(start);
+  if (!bad.found) bad = find_non_finite_derivative(transcription_);
+  if (bad.found) {
     result.status = Status::NonFinite;
     result.message = bad.message;
     result.trajectory = start;
@@ -76,7 +87,7 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
   }
   ::Ipopt::SmartPtr<WatchedNlp> nlp =
       new WatchedNlp(*problem_, *functions_, transcription_, settings_.penalize, parameters,
-                     transcription_.measured(), start);
+                     result.inputs.measured(), start);
   nlp->goes_on = goes_on;
   ::Ipopt::SmartPtr<::Ipopt::IpoptApplication> application = IpoptApplicationFactory();
   auto options = application->Options();
@@ -98,10 +109,13 @@ IpoptResult Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView 
   std::tie(result.status, result.message) = interpret_ipopt(status);
   if (::Ipopt::IsValid(application->Statistics()))
     result.iterations = application->Statistics()->IterationCount();
-  result.milliseconds = elapsed.count();
+  result.times.solve = elapsed.count();
   result.trajectory = nlp->trajectory();
   if (result.status == Status::Infeasible)
-    result.message += "; " + transcription_.describe_worst_rows(result.trajectory);
+    result.message += "; " + describe_worst_rows(*result.model, result.inputs, result.trajectory);
+  if (result.status == Status::NonFinite) return result;
+  result.evaluation = transcription_.evaluate(result.trajectory);
+  if (!settings_.penalize) result.evaluation.penalty = 0.0;
   return result;
 }
 

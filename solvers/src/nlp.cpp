@@ -18,8 +18,9 @@ Ipopt::Functions::Functions(const std::string& path)
       link(library, "nlp_link"),
       link_hessian(library, "nlp_link_hessian") {}
 
-Nlp::Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions, Transcription& rows,
-         bool penalize, MatrixView parameters, VectorView measured, MatrixView guess)
+Nlp::Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions,
+         const TranscriptionWorkspace& rows, bool penalize, MatrixView parameters,
+         VectorView measured, MatrixView guess)
     : problem_(problem),
       functions_(functions),
       parameters_(parameters),
@@ -38,7 +39,7 @@ Nlp::Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions, Trans
 }
 
 /// Numbers variables and rows.
-void Nlp::lay_out(Transcription& rows, bool penalize) {
+void Nlp::lay_out(const TranscriptionWorkspace& rows, bool penalize) {
   const int horizon = rows.horizon();
   knots_.resize(static_cast<std::size_t>(horizon + 1));
   for (int k = 0; k <= horizon; ++k) {
@@ -73,7 +74,7 @@ void Nlp::lay_out(Transcription& rows, bool penalize) {
       const auto& groups = problem_.rows(signature.stage, RowKind::Inequality);
       const auto group = std::find_if(groups.begin(), groups.end(),
                                       [&](const RowGroup& g) { return row < g.offset + g.size; });
-      const Policy policy = rows.policy(group->family);
+      const Policy policy = rows.inputs().policies().get(problem_, group->family);
       const bool soft = penalize && policy.kind != PolicyKind::Hard;
       knot.policy.push_back(policy);
       knot.slack.push_back(soft ? variables_++ : -1);

@@ -3,7 +3,7 @@
 #include <IpTNLP.hpp>
 #include <vector>
 
-#include "palanquin/core/transcription.hpp"
+#include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/ipopt.hpp"
 
 namespace palanquin {
@@ -25,8 +25,9 @@ struct Ipopt::Functions {
 /// on the other side than its dynamics: q and -q are one orientation, and each keeps its side.
 class Nlp : public ::Ipopt::TNLP {
  public:
-  Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions, Transcription& rows,
-      bool penalize, MatrixView parameters, VectorView measured, MatrixView guess);
+  Nlp(const LoweredProblem& problem, const Ipopt::Functions& functions,
+      const TranscriptionWorkspace& rows, bool penalize, MatrixView parameters, VectorView measured,
+      MatrixView guess);
 
   /// The last iterate as a trajectory.
   const RowMatrix& trajectory() const { return trajectory_; }
@@ -69,7 +70,7 @@ class Nlp : public ::Ipopt::TNLP {
                          Number value, const ::Ipopt::IpoptData* data,
                          ::Ipopt::IpoptCalculatedQuantities* quantities) override;
 
-  void lay_out(Transcription& rows, bool penalize);
+  void lay_out(const TranscriptionWorkspace& rows, bool penalize);
   void choose_sides();
   void refresh(const Number* x, bool new_x);
   void evaluate_knots();

@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "palanquin/core/diagnosis/non_finite.hpp"
+#include "palanquin/core/diagnosis/violations.hpp"
 #include "palanquin/core/finite.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "stopwatch.hpp"
@@ -30,7 +32,8 @@ std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& traj
 }
 
 /// Which row the back end does not take, and what does.
-std::string explain_unsupported(const Transcription& transcription, const QpSolver& solver) {
+std::string explain_unsupported(const TranscriptionWorkspace& transcription,
+                                const QpSolver& solver) {
   const LoweredProblem& problem = transcription.problem();
   const auto takers = [](bool QpCapabilities::* kind) {
     std::string names;
@@ -59,8 +62,11 @@ std::string explain_unsupported(const Transcription& transcription, const QpSolv
 Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
          std::shared_ptr<const ExactHessian> exact)
     : settings_(checked(settings)),
-      transcription_(std::move(problem), horizon, settings.form, settings.threads,
-                     settings.hessian == HessianKind::Exact ? exact : nullptr),
+      transcription_(std::make_shared<const TranscriptionModel>(
+                         std::move(problem), horizon, settings.form,
+                         settings.hessian == HessianKind::Exact ? exact : nullptr),
+                     settings.threads),
+      policies_(transcription_.inputs().shared_policies()),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
       subproblem_(settings.subproblem) {
   if (settings.hessian == HessianKind::Exact && exact == nullptr)
@@ -72,10 +78,26 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
 }
 
 void Sqp::set_policy(const std::string& family, const Policy& policy) {
-  transcription_.set_policy(family, policy);
+  const auto use = user_.change("set_policy");
+  const LoweredProblem& problem = transcription_.problem();
+  if (policies_->get(problem, family) == policy) return;
+  auto changed = std::make_shared<RowPolicies>(*policies_);
+  changed->set(problem, family, policy);
+  policies_ = std::move(changed);
 }
 
 Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
+  const auto use = user_.change("solve");
+  return run(parameters, measured, guess);
+}
+
+Plan Sqp::solve_plan(MatrixView parameters, VectorView measured, MatrixView guess) {
+  const auto use = user_.change("solve");
+  run(parameters, measured, guess);
+  return make_plan();
+}
+
+Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
   if (!start(parameters, measured, guess)) return status_;
   is_real_time_ = settings_.max_iterations == 1;
   while (status_ == Status::NotSolved) {
@@ -92,7 +114,7 @@ Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess) 
 }
 
 bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess) {
-  is_prepared_ = false;
+  const auto use = user_.change("prepare");
   if (!start(parameters, predicted, guess)) return false;
   prepared_ = {};
   if (!linearize(prepared_)) return false;
@@ -104,6 +126,17 @@ bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess)
 }
 
 Status Sqp::feedback(VectorView measured) {
+  const auto use = user_.change("feedback");
+  return finish_feedback(measured);
+}
+
+Plan Sqp::feedback_plan(VectorView measured) {
+  const auto use = user_.change("feedback");
+  finish_feedback(measured);
+  return make_plan();
+}
+
+Status Sqp::finish_feedback(VectorView measured) {
   if (!is_prepared_) throw std::logic_error("feedback: nothing was prepared");
   is_prepared_ = false;
   Stopwatch watch;
@@ -119,6 +152,7 @@ Status Sqp::feedback(VectorView measured) {
 }
 
 Eigen::MatrixXd Sqp::feedback_gain() const {
+  const auto use = user_.read("feedback_gain");
   const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
   if (gain.size() == 0) return {};
   const ColumnMap& columns = transcription_.shape(0).columns;
@@ -132,6 +166,7 @@ Eigen::MatrixXd Sqp::feedback_gain() const {
 }
 
 RowMatrix Sqp::dynamics_multipliers() const {
+  const auto use = user_.read("dynamics_multipliers");
   if (is_prepared_)
     throw std::logic_error("dynamics_multipliers: the prepared QP waits for its feedback");
   const int horizon = transcription_.horizon();
@@ -151,6 +186,7 @@ RowMatrix Sqp::dynamics_multipliers() const {
 }
 
 double Sqp::model_cost() const {
+  const auto use = user_.read("model_cost");
   return history_.empty() ? std::numeric_limits<double>::quiet_NaN()
                           : start_cost_ + history_.back().predicted;
 }
@@ -158,10 +194,13 @@ double Sqp::model_cost() const {
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   Stopwatch watch;
+  is_prepared_ = false;
   history_.clear();
   status_ = Status::NotSolved;
   message_.clear();
   evaluation_ = Evaluation{};
+  start_cost_ = feedback_ms_ = Evaluation::kNaN;
+  transcription_.set_policies(policies_);
   transcription_.set_parameters(parameters);
   transcription_.set_measured(measured);
   iterate_ = guess;
@@ -230,10 +269,15 @@ void Sqp::keep_iterate(IterationRecord& record) {
 /// The worst rows of the point that violates a contradicting QP least, or of the iterate.
 std::string Sqp::describe_contradiction() {
   const StageQpSolution* nearest = qp_solver_->least_violation();
-  if (nearest == nullptr) return transcription_.describe_worst_rows(iterate_);
+  if (nearest == nullptr) return describe_worst_rows(iterate_);
   transcription_.step(iterate_, *nearest, 1.0, trial_);
   transcription_.place_initial_state(trial_);
-  return transcription_.describe_worst_rows(trial_);
+  return describe_worst_rows(trial_);
+}
+
+std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
+  return palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(),
+                                        trajectory);
 }
 
 bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepared) {
@@ -252,7 +296,7 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
   if (result.status == QpStatus::Unsupported)
     throw std::invalid_argument(explain_unsupported(transcription_, *qp_solver_));
   if (!is_usable(result.status)) {
-    if (const NonFinite bad = transcription_.find_non_finite(); bad.found)
+    if (const NonFinite bad = find_non_finite_derivative(transcription_); bad.found)
       finish(Status::NonFinite, bad.message);
     return false;
   }
@@ -321,11 +365,74 @@ bool Sqp::is_converged(const IterationRecord& record) const {
 void Sqp::finish(Status status, std::string_view message) {
   status_ = status;
   message_ = message;
+  if (status == Status::NonFinite) evaluation_ = Evaluation{};
+}
+
+// ---- results ----------------------------------------------------------------------------------
+
+Status Sqp::status() const {
+  const auto use = user_.read("status");
+  return status_;
+}
+
+bool Sqp::has_usable_plan() const {
+  const auto use = user_.read("has_usable_plan");
+  return is_usable(status_, evaluation_, settings_.usable_violation);
+}
+
+const std::string& Sqp::message() const {
+  const auto use = user_.read("message");
+  return message_;
+}
+
+const RowMatrix& Sqp::trajectory() const {
+  const auto use = user_.read("trajectory");
+  return iterate_;
+}
+
+const Evaluation& Sqp::evaluation() const {
+  const auto use = user_.read("evaluation");
+  return evaluation_;
+}
+
+const std::vector<IterationRecord>& Sqp::history() const {
+  const auto use = user_.read("history");
+  return history_;
+}
+
+double Sqp::feedback_ms() const {
+  const auto use = user_.read("feedback_ms");
+  return feedback_ms_;
 }
 
 PhaseTimes Sqp::times() const {
+  const auto use = user_.read("times");
+  return sum_of(history_);
+}
+
+Plan Sqp::plan() const {
+  const auto use = user_.read("plan");
+  return make_plan();
+}
+
+Plan Sqp::make_plan() const {
+  Plan plan(transcription_.shared_model());
+  plan.inputs = transcription_.inputs();
+  plan.trajectory = iterate_;
+  plan.status = status_;
+  plan.message = message_;
+  plan.evaluation = evaluation_;
+  plan.usable_violation = settings_.usable_violation;
+  plan.history = history_;
+  plan.iterations = static_cast<int>(history_.size());
+  plan.times = sum_of(history_);
+  plan.feedback_ms = feedback_ms_;
+  return plan;
+}
+
+PhaseTimes sum_of(const std::vector<IterationRecord>& history) {
   PhaseTimes sum;
-  for (const IterationRecord& record : history_) {
+  for (const IterationRecord& record : history) {
     sum.transcribe += record.times.transcribe;
     sum.linearize += record.times.linearize;
     sum.update += record.times.update;

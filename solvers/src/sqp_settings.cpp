@@ -10,6 +10,7 @@ std::string SqpSettings::explain_invalid() const {
       .positive("cost_tolerance", cost_tolerance)
       .positive("equality_tolerance", equality_tolerance)
       .positive("regularization", regularization)
+      .positive("usable_violation", usable_violation)
       .nested(line_search.explain_invalid())
       .nested(subproblem.explain_invalid())
       .nested(qp_settings.explain_invalid())

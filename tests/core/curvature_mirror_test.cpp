@@ -4,7 +4,7 @@
 #include <Eigen/QR>
 #include <limits>
 
-#include "palanquin/core/exact_hessian.hpp"
+#include "palanquin/core/transcription/exact_hessian.hpp"
 
 namespace palanquin {
 namespace {

@@ -1,11 +1,10 @@
 // Linearising, evaluating and stepping: same bits on any number of threads, no allocation.
-#include "palanquin/core/transcription.hpp"
-
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
 #include "palanquin/core/stage_qp_check.hpp"
+#include "palanquin/core/transcription/workspace.hpp"
 #include "support/allocation_counter.hpp"
 #include "support/lowered_problem.hpp"
 
@@ -18,7 +17,9 @@ using TranscriptionTest = testing::OnLoweredProblems;
 /// A transcription with a case's inputs, its guess projected, and a step of ones.
 struct Prepared {
   Prepared(const LoweredCase& given, Form form, int threads, bool exact = false)
-      : transcription(given.problem, given.horizon(), form, threads, exact ? given.exact : nullptr),
+      : transcription(std::make_shared<const TranscriptionModel>(
+                          given.problem, given.horizon(), form, exact ? given.exact : nullptr),
+                      threads),
         iterate(given.guess),
         moved(given.guess) {
     transcription.set_parameters(given.parameters);
@@ -40,7 +41,7 @@ struct Prepared {
     transcription.evaluate(iterate);
   }
 
-  Transcription transcription;
+  TranscriptionWorkspace transcription;
   RowMatrix iterate, moved;
   StageQpSolution step;
 };
@@ -96,7 +97,7 @@ TEST_F(TranscriptionTest, DoesNotAllocateInAnIteration) {
       for (int threads : {1, 2}) {
         const LoweredCase given = load(name);
         Prepared made(given, form, threads);
-        Transcription& t = made.transcription;
+        TranscriptionWorkspace& t = made.transcription;
         const auto work = [&] {
           made.iteration(given.parameters, given.measured);
           t.regularize(1e-4);
@@ -140,15 +141,21 @@ TEST_F(TranscriptionTest, ComingBackToAGaitGivesTheSameBits) {
   expect_equal_values(moved.transcription.qp(), fresh.transcription.qp());
 }
 
+void set_friction(TranscriptionWorkspace& workspace, const Policy& policy) {
+  auto policies = std::make_shared<RowPolicies>(workspace.inputs().policies());
+  policies->set(workspace.problem(), "friction", policy);
+  workspace.set_policies(std::move(policies));
+}
+
 TEST_F(TranscriptionTest, AnotherPolicyReachesEveryKnotOfAMovingGait) {
   const LoweredCase given = load("Hopper");
   for (PolicyKind kind : {PolicyKind::SquaredHinge, PolicyKind::Hard}) {
     const Policy policy{kind, 3.0, 0.1};
     Prepared fresh(given, Form::Reduced, 1), changed(given, Form::Reduced, 1);
     const RowMatrix start = fresh.iterate;
-    fresh.transcription.set_policy("friction", policy);
+    set_friction(fresh.transcription, policy);
     changed.iteration(advanced(given.parameters), given.measured);
-    changed.transcription.set_policy("friction", policy);
+    set_friction(changed.transcription, policy);
     for (Prepared* made : {&fresh, &changed}) {
       made->iterate = start;
       made->iteration(given.parameters, given.measured);
@@ -161,7 +168,7 @@ TEST_F(TranscriptionTest, AnotherPolicyReachesEveryKnotOfAMovingGait) {
     const Evaluation b = fresh.transcription.evaluate(start);
     EXPECT_EQ(a.total(), b.total());
     EXPECT_EQ(a.inequality_max, b.inequality_max);
-    changed.transcription.set_policy("friction", Policy{PolicyKind::RelaxedBarrier, 1.0, 0.1});
+    set_friction(changed.transcription, Policy{PolicyKind::RelaxedBarrier, 1.0, 0.1});
     EXPECT_NE(changed.transcription.evaluate(start).total(), a.total());
   }
 }
@@ -201,7 +208,7 @@ TEST_F(TranscriptionTest, PredictsTheChangeOfItsRowsToFirstOrder) {
 }
 
 TEST_F(TranscriptionTest, RefusesAHorizonOfZero) {
-  EXPECT_THROW(Transcription(load("Hopper").problem, 0, Form::Reduced), std::invalid_argument);
+  EXPECT_THROW(TranscriptionModel(load("Hopper").problem, 0, Form::Reduced), std::invalid_argument);
 }
 
 }  // namespace

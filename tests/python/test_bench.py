@@ -67,12 +67,12 @@ def step(milliseconds=1.0, failure="", qps=1):
 
 def test_horizon_measures_every_solver_on_every_horizon(tmp_path):
     file = tmp_path / "figures.json"
-    results = tiny("horizon", tmp_path / "out", "--robots", 1, "--horizons", "3,4", "--json", file)
+    results = tiny("horizon", tmp_path / "out", "--robots", 1, "--horizons", "6,8", "--json", file)
     assert strict_json(file) == results
     assert set(results) == {"rows", "machine", "revision"}
     assert {"cpu", "cores", "engine_compiler", "kernels"} <= set(results["machine"])
     rows = results["rows"]
-    assert [row["horizon"] for row in rows] == [3] * len(SOLVERS) + [4] * len(SOLVERS)
+    assert [row["horizon"] for row in rows] == [6] * len(SOLVERS) + [8] * len(SOLVERS)
     for row in rows:
         assert set(row) >= FIXED_KEYS
         assert set(row["solve_ms"]) == {"p50", "p95", "p99", "max"}

@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "palanquin/core/exact_hessian.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/trajectory.hpp"
+#include "palanquin/core/transcription/exact_hessian.hpp"
 
 namespace palanquin::testing {
 

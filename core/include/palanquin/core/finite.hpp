@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 
 namespace palanquin {
@@ -20,5 +21,8 @@ template <typename Array>
 bool all_finite(const Array& values) {
   return all_finite(values.data(), static_cast<std::ptrdiff_t>(values.size()));
 }
+
+/// The larger of two values; NaN when one of them is, which std::max hides.
+inline double max_or_nan(double a, double b) { return a > b || std::isnan(a) ? a : b; }
 
 }  // namespace palanquin

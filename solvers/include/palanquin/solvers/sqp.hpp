@@ -5,10 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "palanquin/core/transcription.hpp"
+#include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/filter.hpp"
+#include "palanquin/solvers/iteration_record.hpp"
 #include "palanquin/solvers/penalty_subproblem.hpp"
+#include "palanquin/solvers/plan.hpp"
 #include "palanquin/solvers/qp_settings.hpp"
+#include "palanquin/solvers/single_user.hpp"
 #include "palanquin/solvers/status.hpp"
 
 namespace palanquin {
@@ -16,7 +19,7 @@ namespace palanquin {
 /// Which second derivatives the QP has.
 enum class HessianKind {
   GaussNewton,  ///< 2 J'WJ of the residuals; positive semidefinite without further ado
-  Exact,        ///< of the stages' Lagrangians, see Transcription::use_exact_hessians
+  Exact,        ///< of the stages' Lagrangians, see TranscriptionWorkspace::use_exact_hessians
 };
 
 /// Settings of the SQP method.
@@ -29,6 +32,8 @@ struct SqpSettings {
   double cost_tolerance = 1e-9;      ///< predicted decrease relative to the cost (or to 1)
   double equality_tolerance = 1e-8;  ///< largest equality residual of a converged point
   double regularization = 1e-4;      ///< proximal weight of the second attempt at a failed step
+  double usable_violation = 1.0;     ///< largest residual of an equality or hard row, in its own
+                                     ///< unit, of a plan that may be executed (Plan::is_usable)
   bool globalize = true;             ///< false: full steps, checked for finiteness only
   LineSearchSettings line_search;
   PenaltySubproblemSettings subproblem;
@@ -36,39 +41,6 @@ struct SqpSettings {
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;
-};
-
-/// How the step of one iteration was found.
-enum class StepKind {
-  Full,
-  Damped,       ///< shortened by the filter
-  Regularized,  ///< of a QP with a proximal term, after the plain one failed
-  Rejected,     ///< none acceptable: the iterate was kept
-};
-std::string_view to_string(StepKind kind);
-
-/// Milliseconds that one iteration (or a whole solve) spent per phase.
-struct PhaseTimes {
-  double transcribe = 0.0;  ///< parameters, measured state and guess taken over, roles settled
-  double linearize = 0.0;
-  double update = 0.0;     ///< QP back end: values and factorisation
-  double solve = 0.0;      ///< QP back end: the rest, and the penalty subproblem's own work
-  double globalize = 0.0;  ///< evaluations and line search
-  double total() const { return transcribe + linearize + update + solve + globalize; }
-};
-
-/// What one iteration did; printing, histories and plots all read this record.
-struct IterationRecord {
-  double cost = 0.0;          ///< after the step, without penalties
-  double penalty = 0.0;       ///< after the step
-  double equality_max = 0.0;  ///< after the step
-  double predicted = 0.0;     ///< change of cost and penalty that the QP predicted
-  double step_length = 0.0;   ///< in (0, 1]; 0 when the iterate was kept
-  StepKind step = StepKind::Rejected;
-  bool refused_cycle = false;  ///< the full step led back to where the iteration was before
-  int inner_iterations = 0;    ///< QP solves of the penalty subproblem
-  QpStatus qp_status = QpStatus::NotSolved;
-  PhaseTimes times;
 };
 
 /// Sequential quadratic programming with penalties for the inequalities (De Vincenti and Coros,
@@ -85,9 +57,12 @@ struct IterationRecord {
 ///
 /// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper;
 /// so is a `prepare` with its `feedback`. Its plan starts at the measurement whatever happens, and
-/// the full step is the rule: a step is shortened only when it blows up (has_diverged). A solver is
-/// used by one thread at a time and keeps its workspace between solves. With Gauss-Newton Hessians
-/// a solve does not allocate while the knots' dimensions stay what they were.
+/// the full step is the rule: a step is shortened only when it blows up (has_diverged).
+///
+/// A solver keeps its workspace between solves and serves one thread at a time: a call that meets
+/// another one, getters included, throws std::logic_error. What getters refer to is valid until the
+/// next solve; a Plan is a copy that stays. With Gauss-Newton Hessians a solve does not allocate
+/// while the knots' dimensions stay what they were, unless it makes a Plan.
 class Sqp {
  public:
   /// `exact` is needed for exact Hessians. Throws std::invalid_argument for invalid settings,
@@ -95,6 +70,8 @@ class Sqp {
   Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
       std::shared_ptr<const ExactHessian> exact = nullptr);
 
+  /// Changes how an inequality family enters, from the next `solve` or `prepare` on. Throws
+  /// std::invalid_argument for an unknown family or invalid coefficients.
   void set_policy(const std::string& family, const Policy& policy);
 
   /// Solves from `guess` [N + 1, nz] for `parameters` [N + 1, np] and the `measured` knot [nz]
@@ -102,6 +79,8 @@ class Sqp {
   /// Throws std::invalid_argument for wrong shapes, non-finite input, and rows that the QP back end
   /// does not take; numerical failure is a status.
   Status solve(MatrixView parameters, VectorView measured, MatrixView guess);
+  /// As `solve`, and the outcome as a value.
+  Plan solve_plan(MatrixView parameters, VectorView measured, MatrixView guess);
 
   /// One real-time iteration in two phases (Diehl et al. 2005). `prepare` linearises around
   /// `guess`, whose x_0 is the `predicted` knot's, and does all of the QP's work that does not need
@@ -112,7 +91,8 @@ class Sqp {
   /// `feedback` throws std::logic_error without a preparation; both throw as `solve`.
   bool prepare(MatrixView parameters, VectorView predicted, MatrixView guess);
   Status feedback(VectorView measured);
-  double feedback_ms() const { return feedback_ms_; }
+  Plan feedback_plan(VectorView measured);
+  double feedback_ms() const;
 
   /// First-order feedback around the last solution: dz_0 = K dx_0, where dx_0 [ndx] is a change of
   /// the measured states in the tangent space and dz_0 [ndz] that of the first knot (rows of
@@ -129,22 +109,31 @@ class Sqp {
   /// before the first.
   double model_cost() const;
 
-  Status status() const { return status_; }
+  Status status() const;
+  /// Whether the last solve's plan may be executed, see Plan::is_usable.
+  bool has_usable_plan() const;
   /// Which test stopped the solve, in words.
-  const std::string& message() const { return message_; }
+  const std::string& message() const;
   /// The last accepted iterate [N + 1, nz].
-  const RowMatrix& trajectory() const { return iterate_; }
-  /// Cost, penalty and residuals of trajectory().
-  const Evaluation& evaluation() const { return evaluation_; }
+  const RowMatrix& trajectory() const;
+  /// Cost, penalty and residuals of trajectory(); NaN where the status is NonFinite.
+  const Evaluation& evaluation() const;
   /// One record an iteration of the last solve.
-  const std::vector<IterationRecord>& history() const { return history_; }
+  const std::vector<IterationRecord>& history() const;
   /// Sum over the history.
   PhaseTimes times() const;
+  /// The outcome of the last solve as a value.
+  Plan plan() const;
 
-  Transcription& transcription() { return transcription_; }
+  const TranscriptionModel& model() const { return transcription_.model(); }
   const SqpSettings& settings() const { return settings_; }
+  /// Keeps other threads from changing the solver while several getters are read.
+  [[nodiscard]] SingleUser::Use read(const char* call) const { return user_.read(call); }
 
  private:
+  Status run(MatrixView parameters, VectorView measured, MatrixView guess);
+  Status finish_feedback(VectorView measured);
+  Plan make_plan() const;
   bool start(MatrixView parameters, VectorView measured, MatrixView guess);
   bool linearize(IterationRecord& record);
   void take_step(IterationRecord& record, bool is_prepared);
@@ -153,12 +142,15 @@ class Sqp {
   bool search_step(IterationRecord& record);
   bool is_acceptable(double alpha, IterationRecord& record) const;
   std::string describe_contradiction();
+  std::string describe_worst_rows(const RowMatrix& trajectory) const;
   bool is_cycle(const Merit& trial) const;
   bool is_converged(const IterationRecord& record) const;
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
-  Transcription transcription_;
+  SingleUser user_;
+  TranscriptionWorkspace transcription_;
+  std::shared_ptr<const RowPolicies> policies_;  ///< of the next solve
   std::unique_ptr<QpSolver> qp_solver_;
   PenaltySubproblem subproblem_;
   StageQpSolution solution_;
@@ -167,12 +159,12 @@ class Sqp {
   Status status_ = Status::NotSolved;
   std::string message_;
   std::vector<IterationRecord> history_;
-  double start_cost_ = 0.0;  ///< of the iterate that was linearised last
+  double start_cost_ = Evaluation::kNaN;  ///< of the iterate that was linearised last
   IterationRecord prepared_;
   bool is_prepared_ = false;
   bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's
   double transcribe_ms_ = 0.0;
-  double feedback_ms_ = 0.0;
+  double feedback_ms_ = Evaluation::kNaN;
 };
 
 }  // namespace palanquin

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include "palanquin/core/transcription/evaluation.hpp"
+
 namespace palanquin {
 
 /// Why a solve stopped.
@@ -19,9 +21,17 @@ enum class Status {
 
 std::string_view to_string(Status status);
 
-/// Whether the iterate may be executed as a plan.
+/// Whether the solve ended in a way that may leave a plan to execute; whether it did, its residuals
+/// say.
 inline bool is_usable(Status s) {
   return s == Status::Converged || s == Status::IterationLimit || s == Status::Stalled;
+}
+
+/// Whether the iterate may be executed as a plan: the solve ended well, everything is finite, and
+/// no equality or hard row is violated by more than `tolerance`, in its own unit.
+inline bool is_usable(Status s, const Evaluation& evaluation, double tolerance) {
+  return is_usable(s) && evaluation.is_finite && evaluation.equality_max <= tolerance &&
+         evaluation.inequality_max <= tolerance;
 }
 
 }  // namespace palanquin

@@ -4,21 +4,14 @@
 #include <compare>
 #include <map>
 #include <memory>
-#include <set>
 #include <vector>
 
-#include "palanquin/core/exact_hessian.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/sparse_block.hpp"
 #include "palanquin/core/stage_qp.hpp"
+#include "palanquin/core/transcription/exact_hessian.hpp"
 
 namespace palanquin {
-
-/// In which variables a problem is transcribed.
-enum class Form {
-  Reduced,  ///< what roles and charts make known is no variable
-  Paper,    ///< carried and charted blocks are inputs, and rows say what they are
-};
 
 /// What the run-time flags make of one knot: a role and a chart flag per block, an active flag per
 /// row group. Equal signatures of a knot and its neighbours mean equal patterns.
@@ -89,10 +82,24 @@ class ColumnMap {
   std::vector<int> first_column_, column_count_;
 };
 
-/// Everything about one knot that depends on roles and flags alone: its reduced patterns, and how
-/// their values are gathered from the lowered functions' results. Made once per distinct
+/// The lowered rows that one knot has.
+struct KnotRows {
+  KnotRows() = default;
+  /// `has_previous`: whether the knot before is one of the horizon's, and not known.
+  KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool has_previous);
+
+  StageKind stage = StageKind::Running;
+  std::vector<int> equality_rows;
+  std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot
+  std::vector<int> penalty_rows;
+  std::vector<int> inequality_rows;  ///< hard ones
+  std::vector<int> link_rows;
+};
+
+/// Everything about one knot that depends on roles and flags alone: its rows, its reduced patterns,
+/// and how their values are gathered from the lowered functions' results. Made once per distinct
 /// combination of flags and then looked up.
-struct KnotShape {
+struct KnotShape : KnotRows {
   KnotSignature signature;
   ColumnMap columns;
   QpStage pattern;  ///< dimensions, patterns and their id, values zero
@@ -106,11 +113,6 @@ struct KnotShape {
   std::vector<Entries> absent;  ///< zero
   std::vector<Entries> charted;
 
-  std::vector<int> equality_rows;  ///< lowered rows that the stage's equality rows are
-  std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot
-  std::vector<int> penalty_rows;
-  std::vector<int> inequality_rows;
-  std::vector<int> link_rows;
   std::vector<int>
       local_dynamics;  ///< entries of the dynamics' Jacobian that must be zero: locals'
 
@@ -125,15 +127,13 @@ class ShapeTable {
   explicit ShapeTable(const LoweredProblem& problem, const ExactHessian* exact = nullptr)
       : problem_(&problem), exact_(exact) {}
 
-  /// The copy of a signature that is kept: equal ones have one address. Allocates only when it is
-  /// new.
-  const KnotSignature* keep(const KnotSignature& signature);
-
-  /// The shape of a knot between its neighbours (null at the ends of the horizon), all of them
-  /// kept. Allocates only when the combination is new.
+  /// The shape of a knot between its neighbours (null at the ends of the horizon), of which equal
+  /// ones have one address. Allocates only when the combination is new.
   const KnotShape& find(const KnotSignature* previous, const KnotSignature* knot,
                         const KnotSignature* next);
   std::size_t size() const { return shapes_.size(); }
+  /// Forgets all shapes; addresses that were given out are void.
+  void clear() { shapes_.clear(); }
 
  private:
   std::unique_ptr<KnotShape> make(const KnotSignature* previous, const KnotSignature& knot,
@@ -141,7 +141,6 @@ class ShapeTable {
 
   const LoweredProblem* problem_;
   const ExactHessian* exact_;
-  std::set<KnotSignature> signatures_;
   std::map<std::array<const KnotSignature*, 3>, std::unique_ptr<KnotShape>> shapes_;
 };
 

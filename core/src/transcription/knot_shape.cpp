@@ -1,4 +1,4 @@
-#include "palanquin/core/knot_shape.hpp"
+#include "palanquin/core/transcription/knot_shape.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -84,7 +84,7 @@ ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signatu
   entries_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
 }
 
-// ---- shapes -----------------------------------------------------------------------------------
+// ---- rows -------------------------------------------------------------------------------------
 
 namespace {
 
@@ -98,6 +98,27 @@ std::vector<int> active_rows(const std::vector<RowGroup>& groups, const std::vec
       for (int i = 0; i < groups[g].size; ++i) rows.push_back(groups[g].offset + i);
   return rows;
 }
+
+}  // namespace
+
+KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool has_previous)
+    : stage(signature.stage) {
+  const auto rows = [&](RowKind kind, auto wanted) {
+    return active_rows(problem.rows(stage, kind), signature.active[static_cast<std::size_t>(kind)],
+                       wanted);
+  };
+  const auto all = [](std::size_t) { return true; };
+  const auto is_hard = [&](std::size_t g) { return signature.is_hard[g] != 0; };
+  equality_rows = rows(RowKind::Equality, all);
+  inequality_rows = rows(RowKind::Inequality, is_hard);
+  penalty_rows = rows(RowKind::Inequality, [&](std::size_t g) { return !is_hard(g); });
+  if (stage == StageKind::Running)
+    (has_previous ? link_rows : initial_links) = rows(RowKind::Link, all);
+}
+
+// ---- shapes -----------------------------------------------------------------------------------
+
+namespace {
 
 /// Terms of (matrix T) with `rows` of the lowered matrix kept, placed from row `first` on.
 void add_terms(const Sparsity& pattern, const ColumnMap& columns, const std::vector<int>& rows,
@@ -211,10 +232,6 @@ void list_blocks(const LoweredProblem& problem, KnotShape& shape) {
 
 }  // namespace
 
-const KnotSignature* ShapeTable::keep(const KnotSignature& signature) {
-  return &*signatures_.insert(signature).first;
-}
-
 const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSignature* knot,
                                   const KnotSignature* next) {
   // The knot before matters to rows over two knots alone.
@@ -233,6 +250,7 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
                                             const KnotSignature& knot,
                                             const KnotSignature* next) const {
   auto shape = std::make_unique<KnotShape>();
+  static_cast<KnotRows&>(*shape) = KnotRows(*problem_, knot, previous != nullptr);
   shape->signature = knot;
   shape->columns = ColumnMap(*problem_, knot);
   list_blocks(*problem_, *shape);
@@ -254,14 +272,6 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
     build_hessian((running ? exact_->running : exact_->terminal).result(0), columns, dense, 1,
                   stage.hessian, shape->exact_hessian);
 
-  const auto& equalities = problem_->rows(knot.stage, RowKind::Equality);
-  const auto& inequalities = problem_->rows(knot.stage, RowKind::Inequality);
-  auto any = [](std::size_t) { return true; };
-  shape->equality_rows = active_rows(equalities, knot.active[0], any);
-  shape->penalty_rows =
-      active_rows(inequalities, knot.active[1], [&](std::size_t g) { return !knot.is_hard[g]; });
-  shape->inequality_rows = active_rows(inequalities, knot.active[1],
-                                       [&](std::size_t g) { return knot.is_hard[g] != 0; });
   build_rows(linear.result(first + 3), columns, shape->penalty_rows, stride, stage.penalty_jacobian,
              shape->penalty);
   build_rows(linear.result(first + 3), columns, shape->inequality_rows, stride,
@@ -270,12 +280,10 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
              stage.equality_jacobian, shape->equality);
 
   if (running) {
-    const auto& links = problem_->rows(StageKind::Running, RowKind::Link);
-    const std::vector<int> rows = active_rows(links, knot.active[2], any);
     if (previous == nullptr) {
       // The knot before the horizon is known: link rows are equality rows of this knot, behind the
       // stage's own.
-      shape->initial_links = rows;
+      const std::vector<int>& rows = shape->initial_links;
       std::vector<Term> terms;
       add_terms(linear.result(first + 2), columns, shape->equality_rows, 0, terms);
       const int own = static_cast<int>(shape->equality_rows.size());
@@ -298,7 +306,7 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
       assemble(joined(structural(terms), link_terms), total, columns.nw(), unused,
                shape->initial_link);
     } else {
-      shape->link_rows = rows;
+      const std::vector<int>& rows = shape->link_rows;
       const ColumnMap before(*problem_, *previous);
       build_rows(problem_->link_linear.result(1), before, rows, 1, stage.link_previous,
                  shape->link_previous);

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "palanquin/core/knot_shape.hpp"
+#include "palanquin/core/transcription/knot_shape.hpp"
 
 namespace palanquin {
 

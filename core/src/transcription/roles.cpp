@@ -1,0 +1,104 @@
+#include "transcription/roles.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "transcription/sizes.hpp"
+
+namespace palanquin {
+
+KnotRoles::KnotRoles(const TranscriptionModel& model)
+    : model_(model),
+      table_(model.problem()),
+      flags_(size_of(model.horizon() + 1)),
+      signatures_(flags_.size()) {}
+
+void KnotRoles::read(const TranscriptionInputs& inputs, FunctionWorkspace& w) {
+  for (int k = 0; k <= model_.horizon(); ++k) {
+    const Flags*& flags = flags_[size_of(k)];
+    const Flags* now = table_.read(k, inputs.parameters().row(k).data(), flags, w);
+    if (now != flags) is_stale_ = true;
+    flags = now;
+  }
+}
+
+void KnotRoles::expire() {
+  resolved_.clear();
+  is_stale_ = true;
+}
+
+void KnotRoles::resolve(const RowPolicies& policies) {
+  // All of them are null until the last knot's flags have been read once.
+  if (flags_.back() == nullptr) throw std::logic_error("the parameters have not been set");
+  for (std::size_t k = 0; k < flags_.size(); ++k) {
+    const KnotSignature*& signature =
+        resolved_[{before(signatures_, k), flags_[k], after(flags_, k)}];
+    if (signature == nullptr) signature = resolve_signature(static_cast<int>(k), policies);
+    signatures_[k] = signature;
+  }
+  is_stale_ = false;
+}
+
+void KnotRoles::clear() {
+  table_.clear();
+  resolved_.clear();
+  kept_.clear();
+  std::fill(flags_.begin(), flags_.end(), nullptr);
+  std::fill(signatures_.begin(), signatures_.end(), nullptr);
+  is_stale_ = true;
+}
+
+// ---- roles ------------------------------------------------------------------------------------
+
+/// The role that a problem's expressions ask for.
+Role KnotRoles::stated_role(int knot, std::size_t b) const {
+  if (model_.problem().blocks()[b].is_state) return Role::State;
+  if (knot == model_.horizon()) return Role::Absent;
+  return static_cast<Role>(static_cast<int>(table_.roles(*flags_[size_of(knot)])[b]));
+}
+
+/// The role of a block at a knot, those of the knot before being resolved.
+Role KnotRoles::resolve_role(int knot, std::size_t b) const {
+  const Role role = stated_role(knot, b);
+  // What the next knot carries must meet the dynamics here: a local becomes an input.
+  if (role == Role::Local && stated_role(knot + 1, b) == Role::Carried) return Role::Input;
+  if (role != Role::Carried) return role;
+  if (model_.form() == Form::Paper) return Role::Input;  // a row says what it is
+  // A chain that starts before the horizon, or at a block held at zero, is known throughout.
+  if (knot == 0) return Role::Fixed;
+  const Role before = signatures_[size_of(knot - 1)]->role[b];
+  return before == Role::Fixed || before == Role::Absent ? Role::Fixed : Role::Carried;
+}
+
+/// What the flags of a knot and of the next one make of it, those of the knot before being
+/// resolved.
+const KnotSignature* KnotRoles::resolve_signature(int knot, const RowPolicies& policies) {
+  const std::size_t blocks = model_.problem().blocks().size();
+  const Flags& flags = *flags_[size_of(knot)];
+  KnotSignature s;
+  s.stage = knot == model_.horizon() ? StageKind::Terminal : StageKind::Running;
+  s.role.resize(blocks);
+  s.charted.resize(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) {
+    s.role[b] = resolve_role(knot, b);
+    // A carried block moves in the coordinates of the knot where its chain begins.
+    const bool is_charted = s.role[b] == Role::Carried
+                                ? signatures_[size_of(knot - 1)]->charted[b] != 0
+                                : table_.charted(flags)[b] != 0.0;
+    const bool has_columns =
+        s.role[b] == Role::Input || s.role[b] == Role::Local || s.role[b] == Role::Carried;
+    s.charted[b] = is_charted && has_columns && model_.form() == Form::Reduced;
+  }
+  for (RowKind kind : {RowKind::Equality, RowKind::Inequality, RowKind::Link}) {
+    const auto& groups = model_.problem().rows(s.stage, kind);
+    auto& active = s.active[static_cast<std::size_t>(kind)];
+    active.resize(groups.size());
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      active[g] = table_.active(flags, s.stage, kind)[g] != 0.0 &&
+                  !(groups[g].implied && model_.form() == Form::Reduced);
+  }
+  s.is_hard = policies.at(s.stage).is_hard;
+  return &*kept_.insert(s).first;
+}
+
+}  // namespace palanquin

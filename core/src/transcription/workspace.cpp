@@ -1,0 +1,179 @@
+#include "palanquin/core/transcription/workspace.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include "palanquin/core/diagnosis/non_finite.hpp"
+#include "transcription/knot_functions.hpp"
+#include "transcription/linearization.hpp"
+#include "transcription/roles.hpp"
+#include "transcription/stage_store.hpp"
+
+namespace palanquin {
+
+struct TranscriptionWorkspace::Parts {
+  Parts(const TranscriptionModel& model, int threads)
+      : functions(model, threads),
+        roles(model),
+        stages(model),
+        linearization(model, threads),
+        step(size_of(model.problem().ndz())) {}
+
+  KnotFunctions functions;
+  KnotRoles roles;
+  StageStore stages;
+  Linearization linearization;
+  std::vector<double> step;  // of one knot
+};
+
+TranscriptionWorkspace::TranscriptionWorkspace(std::shared_ptr<const TranscriptionModel> model,
+                                               int threads)
+    : model_(std::move(model)),
+      inputs_(*model_),
+      parts_(std::make_unique<Parts>(*model_, threads)),
+      // Some gaits' worth: a trot over 15 knots has about 30 combinations and shapes.
+      most_kept_(500 + 10 * size_of(model_->horizon())) {}
+
+TranscriptionWorkspace::~TranscriptionWorkspace() = default;
+
+// ---- inputs -----------------------------------------------------------------------------------
+
+void TranscriptionWorkspace::set_policies(std::shared_ptr<const RowPolicies> policies) {
+  if (policies == inputs_.shared_policies()) return;
+  inputs_.set_policies(std::move(policies));
+  parts_->stages.expire();
+  parts_->roles.expire();
+}
+
+void TranscriptionWorkspace::set_parameters(MatrixView parameters) {
+  inputs_.set_parameters(*model_, parameters);
+  parts_->roles.read(inputs_, parts_->functions.workspace());
+}
+
+void TranscriptionWorkspace::set_measured(VectorView measured) {
+  inputs_.set_measured(*model_, measured);
+}
+
+/// Brings signatures and stages up to date with flags and policies.
+void TranscriptionWorkspace::resolve() {
+  KnotRoles& roles = parts_->roles;
+  StageStore& stages = parts_->stages;
+  if (!roles.is_stale()) return;
+  if (kept() > most_kept_) {  // contacts that never repeat would fill the memory
+    roles.clear();
+    stages.clear();
+    roles.read(inputs_, parts_->functions.workspace());
+  }
+  roles.resolve(inputs_.policies());
+  stages.update(roles.signatures(), inputs_.policies());
+}
+
+std::size_t TranscriptionWorkspace::kept() const {
+  return parts_->roles.size() + parts_->stages.size();
+}
+
+// ---- trajectories -----------------------------------------------------------------------------
+
+void TranscriptionWorkspace::embed(RowMatrix& trajectory, int knot) {
+  parts_->linearization.embed(inputs_, shape(knot), knot, trajectory,
+                              parts_->functions.workspace());
+}
+
+void TranscriptionWorkspace::project(RowMatrix& trajectory) {
+  model_->check_trajectory(trajectory);
+  resolve();
+  const double* before = inputs_.measured().data();
+  for (int k = 0; k <= horizon(); ++k) {
+    double* z = trajectory.row(k).data();
+    for (const BlockInfo& b : problem().quaternions()) {
+      Eigen::Map<Eigen::Vector4d> value(z + b.offset);
+      const double norm = value.norm();
+      if (norm < kZeroNorm)
+        throw std::invalid_argument("'" + b.name + "' at knot " + std::to_string(k) +
+                                    " is a quaternion of norm zero");
+      value /= norm;
+    }
+    for (const KnotShape::Entries& block : shape(k).absent)
+      for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = 0.0;
+    for (const KnotShape::Entries& block : shape(k).held)
+      for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = before[i];
+    embed(trajectory, k);
+    before = z;
+  }
+}
+
+void TranscriptionWorkspace::place_initial_state(RowMatrix& trajectory) const {
+  for (const BlockInfo& b : problem().states()) {
+    auto value = trajectory.row(0).segment(b.offset, b.size);
+    const auto measured = inputs_.measured().segment(b.offset, b.size).transpose();
+    // The sign rule of De Vincenti and Coros, section IV-A: stay on the warm start's side.
+    const double side = b.is_quaternion && value.dot(measured) < 0.0 ? -1.0 : 1.0;
+    value = side * measured;
+  }
+}
+
+void TranscriptionWorkspace::step(const RowMatrix& from, const StageQpSolution& solution,
+                                  double alpha, RowMatrix& to) {
+  double* dz = parts_->step.data();
+  for (int k = 0; k <= horizon(); ++k) {
+    shape(k).columns.expand(solution.w[size_of(k)].data(), slopes(k), dz);
+    retract(problem(), from.row(k).data(), dz, alpha, to.row(k).data());
+    embed(to, k);
+  }
+}
+
+// ---- linearisation and evaluation -------------------------------------------------------------
+
+NonFinite TranscriptionWorkspace::linearize(const RowMatrix& trajectory) {
+  model_->check_trajectory(trajectory);
+  resolve();
+  parts_->linearization.evaluate(inputs_, trajectory, parts_->functions, parts_->stages);
+  update_initial_state(trajectory);
+  // Derivatives are not looked at here, for speed: a QP back end refuses what is not finite.
+  return find_non_finite_value(*this);
+}
+
+void TranscriptionWorkspace::update_initial_state(const RowMatrix& trajectory) {
+  state_difference(problem(), inputs_.measured().data(), trajectory.row(0).data(),
+                   parts_->stages.qp().initial_state.data());
+}
+
+void TranscriptionWorkspace::use_exact_hessians(const RowMatrix& trajectory,
+                                                const StageQpSolution& multipliers) {
+  parts_->linearization.use_exact_hessians(inputs_, trajectory, multipliers, parts_->functions,
+                                           parts_->stages);
+}
+
+void TranscriptionWorkspace::regularize(double weight) {
+  for (QpStage& stage : parts_->stages.qp().stages)
+    for (int j = 0; j < stage.hessian.cols; ++j)  // the diagonal leads its column
+      stage.hessian.values[size_of(stage.hessian.column_start[size_of(j)])] += weight;
+}
+
+Evaluation TranscriptionWorkspace::evaluate(const RowMatrix& trajectory) {
+  model_->check_trajectory(trajectory);
+  resolve();
+  parts_->functions.evaluate(inputs_, parts_->stages.rows(), trajectory);
+  return summarize();
+}
+
+Evaluation TranscriptionWorkspace::summarize() const {
+  return palanquin::summarize(parts_->stages.rows(), inputs_.policies(),
+                              parts_->functions.values());
+}
+
+const StageQp& TranscriptionWorkspace::qp() const { return parts_->stages.qp(); }
+
+const double* TranscriptionWorkspace::slopes(int knot) const {
+  return parts_->linearization.slopes(knot).data();
+}
+
+const KnotShape& TranscriptionWorkspace::shape(int knot) const {
+  return parts_->stages.shape(knot);
+}
+
+const KnotValues& TranscriptionWorkspace::values(int knot) const {
+  return parts_->functions.values()[size_of(knot)];
+}
+
+}  // namespace palanquin
