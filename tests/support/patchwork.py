@@ -36,7 +36,7 @@ class Patchwork:
     may lie on `surface`. Costs pull everything to references that differ per knot and are convex
     enough for one optimum. Rows: f below a bound (hard or penalised), p and the foot softly so;
     where the slack is free, f_0 + slack is given; where the spring s is free and `linked` is set,
-    s_0 follows half of what it was and the position before.
+    it follows what it, the position and the foot's height were.
     """
 
     size: int
@@ -106,10 +106,10 @@ class Patchwork:
             force[0] + slack - problem.parameter("total"),
             active=problem.parameter("summed") * free("slack"),
         )
+        linked = problem.parameter("linked") * free("spring")
         before = 0.5 * problem.previous(spring)[0] + 0.1 * ca.sin(problem.previous(p)[0])
-        problem.link(
-            "follow", spring[0] - before, active=problem.parameter("linked") * free("spring")
-        )
+        problem.link("follow", spring[0] - before, active=linked)
+        problem.link("step", spring[1] - problem.previous(foot)[2] * foot[0], active=linked)
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Draw:
         for flag in ("bounded", "summed", "linked"):
             params[flag][:N] = getattr(self, flag)
         params["foot.charted"][:N] = self.charted
-        params["ground"] = random.uniform(-0.2, 0.2, 2)
+        params["ground"] = random.uniform(-0.2, 0.2, (N + 1, 2))
         params["total"] = random.uniform(-0.3, 0.3, N + 1)
         params["goal"] = random.uniform(-0.5, 0.5, params["goal"].shape)
         params["dt"] = random.uniform(0.05, 0.2, N + 1)

@@ -226,7 +226,11 @@ void list_blocks(const LoweredProblem& problem, KnotShape& shape) {
     const Role role = shape.signature.role[b];
     if (role == Role::Fixed || role == Role::Carried) shape.held.push_back(entries);
     if (role == Role::Absent) shape.absent.push_back(entries);
-    if (shape.signature.charted[b]) shape.charted.push_back(entries);
+    if (!shape.signature.charted[b]) continue;
+    if (role == Role::Carried)
+      shape.held_slopes.push_back({blocks[b].slope_offset, blocks[b].size * blocks[b].chart_size});
+    else
+      shape.charted.push_back(entries);
   }
 }
 

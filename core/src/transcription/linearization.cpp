@@ -27,10 +27,8 @@ Linearization::Linearization(const TranscriptionModel& model, int threads)
 
 void Linearization::evaluate(const TranscriptionInputs& inputs, const RowMatrix& trajectory,
                              KnotFunctions& functions, StageStore& stages) {
+  evaluate_charts(inputs, trajectory, stages, functions.workspace());
   functions.for_each_group([&](int thread, int first, int last) {
-    for (int knot = first; knot < last; ++knot)
-      evaluate_chart(thread, knot, inputs, trajectory, stages.shape(knot),
-                     functions.workspace(thread));
     functions.call(thread, first, last, inputs, trajectory, model_.problem().knot_derivatives,
                    [&](int knot, KnotResult result, const double* values, int stride) {
                      if (!functions.keep(knot, result, values, stride))
@@ -47,16 +45,23 @@ void Linearization::evaluate(const TranscriptionInputs& inputs, const RowMatrix&
 
 // ---- charts -----------------------------------------------------------------------------------
 
-/// Slopes of the charts, where blocks are charted.
-void Linearization::evaluate_chart(int thread, int knot, const TranscriptionInputs& inputs,
-                                   const RowMatrix& trajectory, const KnotShape& shape,
-                                   FunctionWorkspace& w) {
-  if (shape.charted.empty()) return;
-  w.arguments[0] = trajectory.row(knot).data();
-  w.arguments[1] = inputs.parameters().row(knot).data();
-  w.results[0] = thread_buffers_[size_of(thread)].embedded.data();
-  w.results[1] = slopes_[size_of(knot)].data();
-  model_.problem().chart(w);
+/// Slopes of the charts: where a block is free on its chart its own, while it is carried on those
+/// of the knot before, whatever the chart is by now.
+void Linearization::evaluate_charts(const TranscriptionInputs& inputs, const RowMatrix& trajectory,
+                                    const StageStore& stages, FunctionWorkspace& w) {
+  for (int knot = 0; knot <= model_.horizon(); ++knot) {
+    const KnotShape& shape = stages.shape(knot);
+    double* slopes = slopes_[size_of(knot)].data();
+    if (!shape.charted.empty()) {
+      w.arguments[0] = trajectory.row(knot).data();
+      w.arguments[1] = inputs.parameters().row(knot).data();
+      w.results[0] = thread_buffers_.front().embedded.data();
+      w.results[1] = slopes;
+      model_.problem().chart(w);
+    }
+    for (const KnotShape::Entries& held : shape.held_slopes)
+      std::copy_n(slopes_[size_of(knot - 1)].data() + held.offset, held.size, slopes + held.offset);
+  }
 }
 
 void Linearization::embed(const TranscriptionInputs& inputs, const KnotShape& shape, int knot,
@@ -120,7 +125,9 @@ void Linearization::evaluate_link(int thread, int knot, const TranscriptionInput
   const double *previous = jacobians.link_previous.data(), *own = jacobians.link.data();
   const double* slopes = slopes_[size_of(knot)].data();
   shape.initial_link.add(own, slopes, stage.equality_jacobian.values.data());
-  shape.link_previous.write(previous, slopes, stage.link_previous.values.data());
+  if (knot == 0) return;
+  const double* slopes_before = slopes_[size_of(knot - 1)].data();
+  shape.link_previous.write(previous, slopes_before, stage.link_previous.values.data());
   shape.link.write(own, slopes, stage.link_jacobian.values.data());
 }
 

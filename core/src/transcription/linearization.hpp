@@ -44,8 +44,8 @@ class Linearization {
     CurvatureMirror mirror;
   };
 
-  void evaluate_chart(int thread, int knot, const TranscriptionInputs& inputs,
-                      const RowMatrix& trajectory, const KnotShape& shape, FunctionWorkspace& w);
+  void evaluate_charts(const TranscriptionInputs& inputs, const RowMatrix& trajectory,
+                       const StageStore& stages, FunctionWorkspace& w);
   void gather(int knot, KnotResult result, const double* values, int stride, const KnotShape& shape,
               QpStage& stage);
   void evaluate_link(int thread, int knot, const TranscriptionInputs& inputs,

@@ -1,5 +1,6 @@
 #include "palanquin/core/transcription/workspace.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -74,6 +75,14 @@ std::size_t TranscriptionWorkspace::kept() const {
 
 // ---- trajectories -----------------------------------------------------------------------------
 
+namespace {
+/// Gives blocks that are fixed or carried their value at the knot `before`.
+void copy_held(const KnotShape& shape, const double* before, double* z) {
+  for (const KnotShape::Entries& block : shape.held)
+    std::copy_n(before + block.offset, block.size, z + block.offset);
+}
+}  // namespace
+
 void TranscriptionWorkspace::embed(RowMatrix& trajectory, int knot) {
   parts_->linearization.embed(inputs_, shape(knot), knot, trajectory,
                               parts_->functions.workspace());
@@ -95,8 +104,7 @@ void TranscriptionWorkspace::project(RowMatrix& trajectory) {
     }
     for (const KnotShape::Entries& block : shape(k).absent)
       for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = 0.0;
-    for (const KnotShape::Entries& block : shape(k).held)
-      for (int i = block.offset; i < block.offset + block.size; ++i) z[i] = before[i];
+    copy_held(shape(k), before, z);
     embed(trajectory, k);
     before = z;
   }
@@ -118,6 +126,7 @@ void TranscriptionWorkspace::step(const RowMatrix& from, const StageQpSolution& 
   for (int k = 0; k <= horizon(); ++k) {
     shape(k).columns.expand(solution.w[size_of(k)].data(), slopes(k), dz);
     retract(problem(), from.row(k).data(), dz, alpha, to.row(k).data());
+    if (k > 0) copy_held(shape(k), to.row(k - 1).data(), to.row(k).data());
     embed(to, k);
   }
 }

@@ -109,9 +109,11 @@ struct KnotShape : KnotRows {
     int offset;
     int size;
   };
-  std::vector<Entries> held;    ///< fixed and carried blocks: copies of the knot before
-  std::vector<Entries> absent;  ///< zero
-  std::vector<Entries> charted;
+  std::vector<Entries> held;     ///< fixed and carried blocks: copies of the knot before
+  std::vector<Entries> absent;   ///< zero
+  std::vector<Entries> charted;  ///< free on their charts
+  /// Slopes of carried blocks, by which they depend on the coordinates of where their chain began.
+  std::vector<Entries> held_slopes;
 
   std::vector<int>
       local_dynamics;  ///< entries of the dynamics' Jacobian that must be zero: locals'
