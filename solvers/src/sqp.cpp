@@ -31,6 +31,12 @@ std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& traj
   return "";
 }
 
+/// As the back end takes them.
+LinkRows link_rows(const SqpSettings& settings) {
+  const bool as_such = make_qp_solver(settings.qp, settings.qp_settings)->capabilities().link_rows;
+  return as_such ? LinkRows::Linked : LinkRows::Folded;
+}
+
 /// Which row the back end does not take, and what does.
 std::string explain_unsupported(const TranscriptionWorkspace& transcription,
                                 const QpSolver& solver) {
@@ -50,10 +56,6 @@ std::string explain_unsupported(const TranscriptionWorkspace& transcription,
       return start + "hard inequalities such as " +
              problem.row_name(stage, RowKind::Inequality, shape.inequality_rows.front(), k) +
              "; give the family a penalty, or use " + takers(&QpCapabilities::inequality_rows);
-    if (!solver.capabilities().link_rows && !shape.link_rows.empty())
-      return start + "rows over two knots such as " +
-             problem.row_name(stage, RowKind::Link, shape.link_rows.front(), k) + "; use " +
-             takers(&QpCapabilities::link_rows);
   }
   return start + "rows of this problem";
 }
@@ -62,10 +64,11 @@ std::string explain_unsupported(const TranscriptionWorkspace& transcription,
 Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
          std::shared_ptr<const ExactHessian> exact)
     : settings_(checked(settings)),
-      transcription_(std::make_shared<const TranscriptionModel>(
-                         std::move(problem), horizon, settings.form,
-                         settings.hessian == HessianKind::Exact ? exact : nullptr),
-                     settings.threads),
+      transcription_(
+          std::make_shared<const TranscriptionModel>(
+              std::move(problem), horizon, settings.form,
+              settings.hessian == HessianKind::Exact ? exact : nullptr, link_rows(settings)),
+          settings.threads),
       policies_(transcription_.inputs().shared_policies()),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
       subproblem_(settings.subproblem) {

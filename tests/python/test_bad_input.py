@@ -198,13 +198,6 @@ def test_hard_rows_need_a_back_end_that_takes_them(lowered, qp):
     assert solver.solve(*inputs).is_usable
 
 
-def test_links_need_a_back_end_that_takes_them(lowered):
-    inputs = LIBRARY["MoveBlocking"].inputs(lowered("MoveBlocking"))
-    message = r"'structured' does not take rows over two knots such as hold \(row 0, knot 2\)"
-    with pytest.raises(ValueError, match=message):
-        pq.Sqp(lowered("MoveBlocking"), qp="structured").solve(*inputs)
-
-
 # ---- functions that are not finite ---------------------------------------------------------------
 
 

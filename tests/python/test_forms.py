@@ -41,23 +41,12 @@ def lowered_patchworks(session_cache):
         yield {patchwork: patchwork.build().lower() for patchwork in PATCHWORKS}
 
 
-def has_active_links(given):
-    free = [role in (Role.INPUT, Role.LOCAL) for role in given.roles["spring"]]
-    # At knot 0 the knot before is known: a row of one knot.
-    return any(on and linked for on, linked in list(zip(free, given.linked, strict=True))[1:])
-
-
-def variants(given, is_hard):
+def variants(is_hard):
     """(back end, form) of all that take the problem."""
-    carries = any(Role.CARRIED in given.roles[name][1:] for name in BLOCKS)
     for qp in ("structured", "multipliers", "ldl", "osqp"):
         for form in ("reduced", "paper"):
-            if is_hard and qp in ("structured", "ldl"):
-                continue
-            links = has_active_links(given) or (form == "paper" and carries)
-            if links and qp in ("structured", "multipliers"):
-                continue
-            yield qp, form
+            if not (is_hard and qp in ("structured", "ldl")):
+                yield qp, form
 
 
 def assert_roles_hold(patchwork, given, plan, params, measured, tolerance):
@@ -105,7 +94,7 @@ def test_all_forms_have_one_optimum(lowered_patchworks, patchwork, given, is_har
     program = WholeHorizon(patchwork.build(policy), inputs[0], inputs[1], best.trajectory)
     assert program.kkt_residual().max <= 1e-6
     assert_roles_hold(patchwork, given, best, inputs[0], inputs[1], 1e-6)
-    for qp, form in variants(given, is_hard):
+    for qp, form in variants(is_hard):
         plan = solve(lowered, inputs, given, policy, qp, form)
         what = f"{qp}, {form}: {plan.message}"
         assert plan.status is pq.Status.CONVERGED, what
@@ -143,22 +132,3 @@ def test_ipopt_takes_every_inequality_as_hard_unless_told(lowered_patchworks):
     assert truth.penalty_cost == hard.penalty_cost == 0
     assert truth.cost == pytest.approx(hard.cost, rel=1e-6)
     assert max(truth.violation.values()) < 1e-6 < 1e-3 < max(soft.violation.values())
-
-
-@pytest.mark.parametrize("qp", ["structured", "multipliers"])
-@pytest.mark.parametrize(
-    ("form", "changes", "row"),
-    [
-        ("reduced", {"linked": [False, True, False]}, r"follow \(row 0, knot 1\)"),
-        (
-            "paper",
-            {"roles": {b: [Role.INPUT, Role.INPUT, Role.CARRIED] for b in BLOCKS}},
-            r"force.carried \(row 0, knot 2\)",
-        ),
-    ],
-)
-def test_who_takes_no_rows_over_two_knots_says_so(lowered_patchworks, qp, form, changes, row):
-    lowered, given = lowered_patchworks[PATCHWORKS[0]], everything_free(**changes)
-    solver = pq.Sqp(lowered, qp=qp, form=form, horizon=3)
-    with pytest.raises(ValueError, match=f"over two knots such as {row}; use 'ldl', 'osqp'"):
-        solver.solve(*given.inputs(lowered))

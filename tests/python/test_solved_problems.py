@@ -31,9 +31,7 @@ def solve(lowered, inputs, solver, form="reduced", **options):
 
 def takes(solver, problem):
     """Whether a back end takes the problem's rows."""
-    if solver in ("ldl", "structured") and problem.has_hard_rows:
-        return False
-    return not (solver in ("structured", "multipliers") and problem.has_link_rows)
+    return not (solver in ("ldl", "structured") and problem.has_hard_rows)
 
 
 CASES = [
@@ -84,7 +82,7 @@ def assert_same(blocks, plan, other, tolerance):
         np.testing.assert_allclose(a[:count], b[:count], rtol=0, atol=tolerance * scale)
 
 
-PAPER_FORM = [c for c in CASES if c[1] not in ("ipopt", "structured", "multipliers")]
+PAPER_FORM = [c for c in CASES if c[1] != "ipopt"]
 
 
 @pytest.mark.parametrize(("name", "solver"), PAPER_FORM)

@@ -66,7 +66,7 @@ NonFinite name_value(const LoweredProblem& problem, const QpStage& stage, const 
                  {&rows.inequality_rows, &values.inequality, RowKind::Inequality},
                  {&rows.equality_rows, &values.equality, RowKind::Equality},
                  {&rows.link_rows, &values.link, RowKind::Link},
-                 {&rows.initial_links, &values.link, RowKind::Link}}};
+                 {&rows.own_links, &values.link, RowKind::Link}}};
   for (const auto& [of_rows, of_kind, kind] : groups)
     for (int row : *of_rows)
       if (!std::isfinite((*of_kind)[size_of(row)]))

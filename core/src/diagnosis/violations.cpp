@@ -62,7 +62,7 @@ void add_residuals(const LoweredProblem& problem, const KnotRows& rows, const Kn
   add(rows.inequality_rows, values.inequality, RowKind::Inequality, true);
   add(rows.equality_rows, values.equality, RowKind::Equality, false);
   add(rows.link_rows, values.link, RowKind::Link, false);
-  add(rows.initial_links, values.link, RowKind::Link, false);
+  add(rows.own_links, values.link, RowKind::Link, false);
   if (rows.stage == StageKind::Terminal) return;
   std::size_t row = 0;
   for (const BlockInfo& b : problem.states())

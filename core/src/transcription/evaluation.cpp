@@ -40,7 +40,7 @@ Evaluation summarize(const std::vector<const KnotRows*>& rows, const RowPolicies
       if (!(h <= 0.0)) inequality_squared += h * h;
     }
     for (int row : knot.equality_rows) residual(at.equality[size_of(row)]);
-    for (int row : knot.initial_links) residual(at.link[size_of(row)]);
+    for (int row : knot.own_links) residual(at.link[size_of(row)]);
     for (int row : knot.link_rows) residual(at.link[size_of(row)]);
     if (knot.stage == StageKind::Terminal || at.defect.empty()) continue;
     const Eigen::Map<const Eigen::VectorXd> defect(at.defect.data(),

@@ -32,7 +32,7 @@ void KnotFunctions::evaluate(const TranscriptionInputs& inputs,
     for (int knot = first; knot < last; ++knot) {
       if (knot < model_.horizon()) evaluate_defect(knot, trajectory);
       const KnotRows& wanted = *rows[size_of(knot)];
-      if (wanted.link_rows.empty() && wanted.initial_links.empty()) continue;
+      if (wanted.link_rows.empty() && wanted.own_links.empty()) continue;
       give_link(thread, knot, inputs, trajectory);
       model_.problem().link(workspace(thread));
     }

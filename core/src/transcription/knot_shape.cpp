@@ -41,7 +41,9 @@ void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, G
 
 // ---- columns ----------------------------------------------------------------------------------
 
-ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signature) {
+ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signature,
+                     std::vector<int> memory)
+    : memory_(std::move(memory)) {
   const auto& blocks = problem.blocks();
   first_column_.assign(blocks.size(), -1);
   column_count_.assign(blocks.size(), 0);
@@ -56,6 +58,7 @@ ColumnMap::ColumnMap(const LoweredProblem& problem, const KnotSignature& signatu
   };
   assign(Role::State);
   assign(Role::Carried);
+  column += static_cast<int>(memory_.size());
   nx = column;
   assign(Role::Input);
   nu = column - nx;
@@ -101,7 +104,7 @@ std::vector<int> active_rows(const std::vector<RowGroup>& groups, const std::vec
 
 }  // namespace
 
-KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool has_previous)
+KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool is_linked)
     : stage(signature.stage) {
   const auto rows = [&](RowKind kind, auto wanted) {
     return active_rows(problem.rows(stage, kind), signature.active[static_cast<std::size_t>(kind)],
@@ -112,8 +115,7 @@ KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature
   equality_rows = rows(RowKind::Equality, all);
   inequality_rows = rows(RowKind::Inequality, is_hard);
   penalty_rows = rows(RowKind::Inequality, [&](std::size_t g) { return !is_hard(g); });
-  if (stage == StageKind::Running)
-    (has_previous ? link_rows : initial_links) = rows(RowKind::Link, all);
+  if (stage == StageKind::Running) (is_linked ? link_rows : own_links) = rows(RowKind::Link, all);
 }
 
 // ---- shapes -----------------------------------------------------------------------------------
@@ -180,7 +182,55 @@ void build_gradient(int ndz, const ColumnMap& columns, int stride, Gather& gathe
   gather.separate_copies(columns.nw(), stride);
 }
 
-/// Rows of the next state: the lowered dynamics, then a copy for every carried block.
+/// Coordinates of the knot `before` that the link rows of `knot` look at, as columns of its map
+/// without memory.
+std::vector<int> looked_back_at(const LoweredProblem& problem, const KnotSignature& before,
+                                const KnotSignature& knot) {
+  const ColumnMap columns(problem, before);
+  std::vector<Term> terms;
+  add_terms(problem.link_linear.result(1), columns, KnotRows(problem, knot, true).link_rows, 0,
+            terms);
+  std::vector<int> memory;
+  for (const Term& t : terms) memory.push_back(t.column);
+  std::sort(memory.begin(), memory.end());
+  memory.erase(std::unique(memory.begin(), memory.end()), memory.end());
+  return memory;
+}
+
+/// Equality rows with the own links behind them: what three lowered Jacobians say of one matrix.
+/// Each is gathered with the others' terms as structure only.
+void build_equalities(const LoweredProblem& problem, const Sparsity& equality,
+                      const KnotSignature* previous, int stride, KnotShape& shape) {
+  const ColumnMap& columns = shape.columns;
+  const int own = static_cast<int>(shape.equality_rows.size());
+  const int rows = own + static_cast<int>(shape.own_links.size());
+  std::array<std::vector<Term>, 3> parts;
+  add_terms(equality, columns, shape.equality_rows, 0, parts[0]);
+  add_terms(problem.link_linear.result(2), columns, shape.own_links, own, parts[1]);
+  if (!columns.memory().empty()) {
+    add_terms(problem.link_linear.result(1), ColumnMap(problem, *previous), shape.own_links, own,
+              parts[2]);
+    const auto& memory = columns.memory();
+    for (Term& t : parts[2])
+      t.column = columns.first_memory() +
+                 static_cast<int>(std::lower_bound(memory.begin(), memory.end(), t.column) -
+                                  memory.begin());
+  }
+  const std::array<Gather*, 3> recipes{&shape.equality, &shape.own_link, &shape.remembered_link};
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    std::vector<Term> terms;
+    for (std::size_t other = 0; other < parts.size(); ++other)
+      for (Term t : parts[other]) {
+        if (other != part) t.source = kStructural;
+        terms.push_back(t);
+      }
+    assemble(std::move(terms), rows, columns.nw(), shape.pattern.equality_jacobian, *recipes[part]);
+  }
+  shape.equality.separate_copies(shape.pattern.equality_jacobian.nnz(), stride);
+}
+
+/// Rows of the next state: the lowered dynamics, then a copy for every carried block and for what
+/// the next knot remembers.
 void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, const ColumnMap& next,
                     int stride, KnotShape& shape) {
   std::vector<Term> terms;
@@ -197,6 +247,9 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, con
     if (next.first_column(b) >= problem.ndx() && next.first_column(b) < next.nx)
       for (int i = 0; i < next.column_count(b); ++i)
         terms.push_back({next.first_column(b) + i, columns.first_column(b) + i, kConstant, -1, -1});
+  int remembered = next.first_memory();
+  for (int column : next.memory())
+    terms.push_back({remembered++, columns.with_memory(column), kConstant, -1, -1});
   assemble(std::move(terms), next.nx, columns.nw(), shape.pattern.dynamics, shape.dynamics);
   shape.dynamics.separate_copies(shape.pattern.dynamics.nnz(), stride);
 
@@ -250,13 +303,20 @@ const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSigna
   return *shape;
 }
 
+ColumnMap ShapeTable::columns(const KnotSignature* previous, const KnotSignature& knot) const {
+  const bool remembers = previous != nullptr && links_ == LinkRows::Folded;
+  return {*problem_, knot,
+          remembers ? looked_back_at(*problem_, *previous, knot) : std::vector<int>{}};
+}
+
 std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
                                             const KnotSignature& knot,
                                             const KnotSignature* next) const {
   auto shape = std::make_unique<KnotShape>();
-  static_cast<KnotRows&>(*shape) = KnotRows(*problem_, knot, previous != nullptr);
+  const bool is_linked = previous != nullptr && links_ == LinkRows::Linked;
+  static_cast<KnotRows&>(*shape) = KnotRows(*problem_, knot, is_linked);
   shape->signature = knot;
-  shape->columns = ColumnMap(*problem_, knot);
+  shape->columns = this->columns(previous, knot);
   list_blocks(*problem_, *shape);
   const ColumnMap& columns = shape->columns;
   QpStage& stage = shape->pattern;
@@ -280,46 +340,16 @@ std::unique_ptr<KnotShape> ShapeTable::make(const KnotSignature* previous,
              shape->penalty);
   build_rows(linear.result(first + 3), columns, shape->inequality_rows, stride,
              stage.inequality_jacobian, shape->inequality);
-  build_rows(linear.result(first + 2), columns, shape->equality_rows, stride,
-             stage.equality_jacobian, shape->equality);
-
-  if (running) {
-    if (previous == nullptr) {
-      // The knot before the horizon is known: link rows are equality rows of this knot, behind the
-      // stage's own.
-      const std::vector<int>& rows = shape->initial_links;
-      std::vector<Term> terms;
-      add_terms(linear.result(first + 2), columns, shape->equality_rows, 0, terms);
-      const int own = static_cast<int>(shape->equality_rows.size());
-      std::vector<Term> link_terms;
-      add_terms(problem_->link_linear.result(2), columns, rows, own, link_terms);
-      SparseBlock unused;
-      // Two sources meet in one block: gather each with the other's terms as structure only.
-      auto structural = [](std::vector<Term> t) {
-        for (Term& term : t) term.source = kStructural;
-        return t;
-      };
-      auto joined = [](std::vector<Term> a, const std::vector<Term>& b) {
-        a.insert(a.end(), b.begin(), b.end());
-        return a;
-      };
-      const int total = own + static_cast<int>(rows.size());
-      assemble(joined(terms, structural(link_terms)), total, columns.nw(), stage.equality_jacobian,
-               shape->equality);
-      shape->equality.separate_copies(stage.equality_jacobian.nnz(), stride);
-      assemble(joined(structural(terms), link_terms), total, columns.nw(), unused,
-               shape->initial_link);
-    } else {
-      const std::vector<int>& rows = shape->link_rows;
-      const ColumnMap before(*problem_, *previous);
-      build_rows(problem_->link_linear.result(1), before, rows, 1, stage.link_previous,
-                 shape->link_previous);
-      build_rows(problem_->link_linear.result(2), columns, rows, 1, stage.link_jacobian,
-                 shape->link);
-    }
-    if (next != nullptr)
-      build_dynamics(*problem_, columns, ColumnMap(*problem_, *next), stride, *shape);
+  build_equalities(*problem_, linear.result(first + 2), previous, stride, *shape);
+  if (!shape->link_rows.empty()) {
+    const std::vector<int>& rows = shape->link_rows;
+    const ColumnMap before(*problem_, *previous);
+    build_rows(problem_->link_linear.result(1), before, rows, 1, stage.link_previous,
+               shape->link_previous);
+    build_rows(problem_->link_linear.result(2), columns, rows, 1, stage.link_jacobian, shape->link);
   }
+  if (next != nullptr)
+    build_dynamics(*problem_, columns, this->columns(&knot, *next), stride, *shape);
   size_values(stage);
   return shape;
 }

@@ -114,7 +114,7 @@ void Linearization::evaluate_link(int thread, int knot, const TranscriptionInput
                                   const RowMatrix& trajectory, KnotFunctions& functions,
                                   StageStore& stages) {
   const KnotShape& shape = stages.shape(knot);
-  if (shape.link_rows.empty() && shape.initial_links.empty()) return;
+  if (shape.link_rows.empty() && shape.own_links.empty()) return;
   ThreadBuffers& jacobians = thread_buffers_[size_of(thread)];
   FunctionWorkspace& w = functions.workspace(thread);
   functions.give_link(thread, knot, inputs, trajectory);
@@ -124,9 +124,10 @@ void Linearization::evaluate_link(int thread, int knot, const TranscriptionInput
   QpStage& stage = stages.stage(knot);
   const double *previous = jacobians.link_previous.data(), *own = jacobians.link.data();
   const double* slopes = slopes_[size_of(knot)].data();
-  shape.initial_link.add(own, slopes, stage.equality_jacobian.values.data());
+  shape.own_link.add(own, slopes, stage.equality_jacobian.values.data());
   if (knot == 0) return;
   const double* slopes_before = slopes_[size_of(knot - 1)].data();
+  shape.remembered_link.add(previous, slopes_before, stage.equality_jacobian.values.data());
   shape.link_previous.write(previous, slopes_before, stage.link_previous.values.data());
   shape.link.write(own, slopes, stage.link_jacobian.values.data());
 }
@@ -142,7 +143,7 @@ void Linearization::fill_values(int knot, const RowMatrix& trajectory, const Kno
   pick(shape.penalty_rows, in.inequality, stage.penalty_value.data());
   pick(shape.inequality_rows, in.inequality, stage.inequality_value.data());
   pick(shape.equality_rows, in.equality, stage.equality_value.data());
-  pick(shape.initial_links, in.link, stage.equality_value.data() + shape.equality_rows.size());
+  pick(shape.own_links, in.link, stage.equality_value.data() + shape.equality_rows.size());
   pick(shape.link_rows, in.link, stage.link_value.data());
 
   if (knot == model_.horizon()) return;

@@ -11,7 +11,21 @@ KnotRoles::KnotRoles(const TranscriptionModel& model)
     : model_(model),
       table_(model.problem()),
       flags_(size_of(model.horizon() + 1)),
-      signatures_(flags_.size()) {}
+      signatures_(flags_.size()) {
+  const LoweredProblem& problem = model.problem();
+  const Sparsity& pattern = problem.link_linear.result(1);
+  for (const RowGroup& group : problem.rows(StageKind::Running, RowKind::Link)) {
+    std::vector<char>& seen = looks_back_.emplace_back(problem.blocks().size());
+    for (std::size_t b = 0; b < seen.size(); ++b) {
+      const BlockInfo& block = problem.blocks()[b];
+      const int* row = pattern.row_index.data();
+      seen[b] = std::any_of(
+          row + pattern.column_start[size_of(block.tangent_offset)],
+          row + pattern.column_start[size_of(block.tangent_offset + block.tangent_size)],
+          [&](int r) { return r >= group.offset && r < group.offset + group.size; });
+    }
+  }
+}
 
 void KnotRoles::read(const TranscriptionInputs& inputs, FunctionWorkspace& w) {
   for (int k = 0; k <= model_.horizon(); ++k) {
@@ -60,14 +74,30 @@ Role KnotRoles::stated_role(int knot, std::size_t b) const {
 /// The role of a block at a knot, those of the knot before being resolved.
 Role KnotRoles::resolve_role(int knot, std::size_t b) const {
   const Role role = stated_role(knot, b);
-  // What the next knot carries must meet the dynamics here: a local becomes an input.
-  if (role == Role::Local && stated_role(knot + 1, b) == Role::Carried) return Role::Input;
+  // What the next knot carries or looks back at meets more than this knot: a local is an input.
+  if (role == Role::Local &&
+      (stated_role(knot + 1, b) == Role::Carried || is_looked_back_at(knot, b)))
+    return Role::Input;
   if (role != Role::Carried) return role;
   if (model_.form() == Form::Paper) return Role::Input;  // a row says what it is
   // A chain that starts before the horizon, or at a block held at zero, is known throughout.
   if (knot == 0) return Role::Fixed;
   const Role before = signatures_[size_of(knot - 1)]->role[b];
   return before == Role::Fixed || before == Role::Absent ? Role::Fixed : Role::Carried;
+}
+
+/// Whether the form states the rows of a group at a knot.
+bool KnotRoles::has_row(int knot, RowKind kind, std::size_t group) const {
+  const StageKind stage = knot == model_.horizon() ? StageKind::Terminal : StageKind::Running;
+  return table_.active(*flags_[size_of(knot)], stage, kind)[group] != 0.0 &&
+         !(model_.problem().rows(stage, kind)[group].implied && model_.form() == Form::Reduced);
+}
+
+/// Whether a row of the next knot holds the block's value here.
+bool KnotRoles::is_looked_back_at(int knot, std::size_t b) const {
+  for (std::size_t g = 0; knot + 1 < model_.horizon() && g < looks_back_.size(); ++g)
+    if (looks_back_[g][b] != 0 && has_row(knot + 1, RowKind::Link, g)) return true;
+  return false;
 }
 
 /// What the flags of a knot and of the next one make of it, those of the knot before being
@@ -93,9 +123,7 @@ const KnotSignature* KnotRoles::resolve_signature(int knot, const RowPolicies& p
     const auto& groups = model_.problem().rows(s.stage, kind);
     auto& active = s.active[static_cast<std::size_t>(kind)];
     active.resize(groups.size());
-    for (std::size_t g = 0; g < groups.size(); ++g)
-      active[g] = table_.active(flags, s.stage, kind)[g] != 0.0 &&
-                  !(groups[g].implied && model_.form() == Form::Reduced);
+    for (std::size_t g = 0; g < groups.size(); ++g) active[g] = has_row(knot, kind, g);
   }
   s.is_hard = policies.at(s.stage).is_hard;
   return &*kept_.insert(s).first;

@@ -37,10 +37,13 @@ class KnotRoles {
  private:
   Role stated_role(int knot, std::size_t block) const;
   Role resolve_role(int knot, std::size_t block) const;
+  bool has_row(int knot, RowKind kind, std::size_t group) const;
+  bool is_looked_back_at(int knot, std::size_t block) const;
   const KnotSignature* resolve_signature(int knot, const RowPolicies& policies);
 
   const TranscriptionModel& model_;
   FlagTable table_;
+  std::vector<std::vector<char>> looks_back_;  // [link groups][blocks] at the knot before
   std::vector<const Flags*> flags_;
   std::set<KnotSignature> kept_;
   /// By the signature of the knot before, the knot's own flags and those of the next one.

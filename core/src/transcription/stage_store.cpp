@@ -9,7 +9,7 @@
 namespace palanquin {
 
 StageStore::StageStore(const TranscriptionModel& model)
-    : table_(model.problem(), model.exact()),
+    : table_(model.problem(), model.exact(), model.links()),
       shapes_(size_of(model.horizon() + 1)),
       rows_(shapes_.size()) {
   qp_.stages.resize(shapes_.size());

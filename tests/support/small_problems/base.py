@@ -25,11 +25,9 @@ class SmallProblem(ABC):
 
     Attributes:
         has_hard_rows: some inequality is a constraint, not a penalty.
-        has_link_rows: some row over two knots is not held by construction.
     """
 
     has_hard_rows = False
-    has_link_rows = False
 
     @property
     def name(self) -> str:

@@ -123,8 +123,6 @@ class MoveBlocking(SmallProblem):
     The first knot holds the measured force. The solution is that of the LQR with N/2 free forces.
     """
 
-    has_link_rows = True
-
     def build(self):
         problem = pq.Problem(horizon=N, dt=DT, name=self.name)
         p, v, u = add_double_integrator(problem)

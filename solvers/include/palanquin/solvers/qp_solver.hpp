@@ -23,7 +23,7 @@ inline bool is_usable(QpStatus s) { return s == QpStatus::Solved || s == QpStatu
 /// What kinds of rows a back end takes, and how well it solves.
 struct QpCapabilities {
   bool inequality_rows = false;
-  bool link_rows = false;
+  bool link_rows = false;    ///< where not, the transcription folds them into rows of one knot
   bool starts_warm = false;  ///< from the point that `solution` holds on entry
   bool stops_early = false;  ///< at a tolerance far above rounding, as first-order methods do
 };

@@ -13,6 +13,12 @@
 
 namespace palanquin {
 
+/// How rows over two knots enter the QP.
+enum class LinkRows {
+  Linked,  ///< as such
+  Folded,  ///< as rows of the later knot, whose state holds what they need of the earlier one
+};
+
 /// What the run-time flags make of one knot: a role and a chart flag per block, an active flag per
 /// row group. Equal signatures of a knot and its neighbours mean equal patterns.
 struct KnotSignature {
@@ -57,7 +63,10 @@ class ColumnMap {
   };
 
   ColumnMap() = default;
-  ColumnMap(const LoweredProblem& problem, const KnotSignature& signature);
+  /// `memory`: coordinates of the knot before that this knot's state holds besides, as columns of
+  /// a map of that knot without memory.
+  ColumnMap(const LoweredProblem& problem, const KnotSignature& signature,
+            std::vector<int> memory = {});
 
   int nx = 0, nu = 0, nl = 0;
   int nw() const { return nx + nu + nl; }
@@ -69,6 +78,13 @@ class ColumnMap {
   int first_column(int b) const { return first_column_[static_cast<std::size_t>(b)]; }
   /// Number of columns of block `b` in w.
   int column_count(int b) const { return column_count_[static_cast<std::size_t>(b)]; }
+  /// The memory's columns are the last ones of x; steps dz do not see them.
+  const std::vector<int>& memory() const { return memory_; }
+  int first_memory() const { return nx - static_cast<int>(memory_.size()); }
+  /// Where a column of this knot's map without memory is.
+  int with_memory(int column) const {
+    return column < first_memory() ? column : column + static_cast<int>(memory_.size());
+  }
 
   /// dz = T w
   void expand(const double* w, const double* slopes, double* dz) const {
@@ -79,18 +95,18 @@ class ColumnMap {
   Gather expansion_;
   std::vector<std::size_t> start_;
   std::vector<Entry> entries_;
-  std::vector<int> first_column_, column_count_;
+  std::vector<int> first_column_, column_count_, memory_;
 };
 
 /// The lowered rows that one knot has.
 struct KnotRows {
   KnotRows() = default;
-  /// `has_previous`: whether the knot before is one of the horizon's, and not known.
-  KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool has_previous);
+  /// `is_linked`: whether link rows are rows over two knots, and not equality rows of this one.
+  KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool is_linked);
 
   StageKind stage = StageKind::Running;
   std::vector<int> equality_rows;
-  std::vector<int> initial_links;  ///< link rows stated as equalities at the first knot
+  std::vector<int> own_links;  ///< link rows stated as equality rows, behind the stage's own
   std::vector<int> penalty_rows;
   std::vector<int> inequality_rows;  ///< hard ones
   std::vector<int> link_rows;
@@ -119,15 +135,17 @@ struct KnotShape : KnotRows {
       local_dynamics;  ///< entries of the dynamics' Jacobian that must be zero: locals'
 
   Gather dynamics, implicit, hessian, exact_hessian, gradient;
-  Gather equality, initial_link, penalty, inequality, link_previous, link;
+  Gather equality, penalty, inequality;
+  Gather own_link, remembered_link;  ///< of own_links: their columns of this knot, of its memory
+  Gather link_previous, link;
 };
 
 /// Makes and keeps the shapes that a problem has met.
 class ShapeTable {
  public:
   /// With `exact`, Hessians get a dense pattern, and a recipe for exact values besides.
-  explicit ShapeTable(const LoweredProblem& problem, const ExactHessian* exact = nullptr)
-      : problem_(&problem), exact_(exact) {}
+  ShapeTable(const LoweredProblem& problem, const ExactHessian* exact, LinkRows links)
+      : problem_(&problem), exact_(exact), links_(links) {}
 
   /// The shape of a knot between its neighbours (null at the ends of the horizon), of which equal
   /// ones have one address. Allocates only when the combination is new.
@@ -140,9 +158,11 @@ class ShapeTable {
  private:
   std::unique_ptr<KnotShape> make(const KnotSignature* previous, const KnotSignature& knot,
                                   const KnotSignature* next) const;
+  ColumnMap columns(const KnotSignature* previous, const KnotSignature& knot) const;
 
   const LoweredProblem* problem_;
   const ExactHessian* exact_;
+  LinkRows links_;
   std::map<std::array<const KnotSignature*, 3>, std::unique_ptr<KnotShape>> shapes_;
 };
 

@@ -5,6 +5,7 @@
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/trajectory.hpp"
 #include "palanquin/core/transcription/exact_hessian.hpp"
+#include "palanquin/core/transcription/knot_shape.hpp"
 
 namespace palanquin {
 
@@ -24,12 +25,14 @@ class TranscriptionModel {
   /// `exact` has the functions of exact Hessians, null where Gauss-Newton's are enough. Throws
   /// std::invalid_argument for horizon < 1, std::runtime_error when `exact` is of another problem.
   TranscriptionModel(std::shared_ptr<const LoweredProblem> problem, int horizon, Form form,
-                     std::shared_ptr<const ExactHessian> exact = nullptr);
+                     std::shared_ptr<const ExactHessian> exact = nullptr,
+                     LinkRows links = LinkRows::Linked);
 
   const LoweredProblem& problem() const { return *problem_; }
   std::shared_ptr<const LoweredProblem> shared_problem() const { return problem_; }
   int horizon() const { return horizon_; }
   Form form() const { return form_; }
+  LinkRows links() const { return links_; }
   const ExactHessian* exact() const { return exact_.get(); }
 
   /// Throws std::invalid_argument with both shapes unless `trajectory` is [N + 1, nz].
@@ -40,6 +43,7 @@ class TranscriptionModel {
   int horizon_;
   Form form_;
   std::shared_ptr<const ExactHessian> exact_;
+  LinkRows links_;
 };
 
 }  // namespace palanquin
