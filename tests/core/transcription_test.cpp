@@ -16,10 +16,12 @@ using TranscriptionTest = testing::OnLoweredProblems;
 
 /// A transcription with a case's inputs, its guess projected, and a step of ones.
 struct Prepared {
-  Prepared(const LoweredCase& given, Form form, int threads, bool exact = false)
-      : transcription(std::make_shared<const TranscriptionModel>(
-                          given.problem, given.horizon(), form, exact ? given.exact : nullptr),
-                      threads),
+  Prepared(const LoweredCase& given, Form form, int threads, bool exact = false,
+           LinkRows links = LinkRows::Linked)
+      : transcription(
+            std::make_shared<const TranscriptionModel>(given.problem, given.horizon(), form,
+                                                       exact ? given.exact : nullptr, links),
+            threads),
         iterate(given.guess),
         moved(given.guess) {
     transcription.set_parameters(given.parameters);
@@ -85,10 +87,11 @@ TEST_F(TranscriptionTest, GivesTheSameBitsForOneAndTwoThreads) {
 TEST_F(TranscriptionTest, MakesAStageQpThatIsConsistent) {
   for (const char* name : {"Hopper", "RigidBody", "MoveBlocking"})
     for (Form form : {Form::Reduced, Form::Paper})
-      for (bool exact : {false, true}) {
-        const Prepared made(load(name), form, 1, exact);
-        EXPECT_NO_THROW(require_consistent(made.transcription.qp())) << name;
-      }
+      for (bool exact : {false, true})
+        for (LinkRows links : {LinkRows::Linked, LinkRows::Folded}) {
+          const Prepared made(load(name), form, 1, exact, links);
+          EXPECT_NO_THROW(require_consistent(made.transcription.qp())) << name;
+        }
 }
 
 TEST_F(TranscriptionTest, DoesNotAllocateInAnIteration) {
@@ -121,6 +124,27 @@ TEST_F(TranscriptionTest, DoesNotAllocateWhenTheGaitMoves) {
   const auto revision = made.transcription.qp().structure_revision;
   EXPECT_EQ(testing::allocations_during(work), 0);
   EXPECT_GT(made.transcription.qp().structure_revision, revision);
+}
+
+TEST_F(TranscriptionTest, FoldsRowsOverTwoKnotsIntoEqualityRows) {
+  const LoweredCase given = load("MoveBlocking");
+  Prepared linked(given, Form::Reduced, 1);
+  Prepared folded(given, Form::Reduced, 1, false, LinkRows::Folded);
+  const StageQp &a = linked.transcription.qp(), &b = folded.transcription.qp();
+  int rows = 0;
+  for (std::size_t k = 1; k < a.stages.size(); ++k) {
+    const QpStage &with = a.stages[k], &without = b.stages[k];
+    rows += with.link_jacobian.rows;
+    EXPECT_EQ(without.link_jacobian.rows, 0);
+    EXPECT_EQ(without.equality_jacobian.rows,
+              with.equality_jacobian.rows + with.link_jacobian.rows);
+    EXPECT_EQ(without.nx, with.nx + with.link_jacobian.rows);  // each looks at one input
+    EXPECT_EQ(without.equality_value.tail(with.link_value.size()), with.link_value);
+  }
+  EXPECT_GT(rows, 0);
+  const auto work = [&] { folded.iteration(given.parameters, given.measured); };
+  work();
+  EXPECT_EQ(testing::allocations_during(work), 0);
 }
 
 TEST_F(TranscriptionTest, KeepsTheStructureWhileFlagsStay) {
