@@ -44,7 +44,28 @@ void bind_core(nb::module_& m) {
 
   nb::class_<BlockInfo>(m, "BlockInfo", "A named group of variables of one knot.")
       .def_ro("name", &BlockInfo::name)
-      .def_ro("size", &BlockInfo::size);
+      .def_ro("is_quaternion", &BlockInfo::is_quaternion)
+      .def_ro("is_state", &BlockInfo::is_state)
+      .def_ro("size", &BlockInfo::size)
+      .def_ro("tangent_size", &BlockInfo::tangent_size)
+      .def_ro("offset", &BlockInfo::offset)
+      .def_ro("tangent_offset", &BlockInfo::tangent_offset)
+      .def_ro("chart_size", &BlockInfo::chart_size)
+      .def_ro("slope_offset", &BlockInfo::slope_offset);
+  nb::class_<RowGroup>(m, "RowGroup", "Rows that share a family, an owner and a policy.")
+      .def_ro("family", &RowGroup::family)
+      .def_ro("robot", &RowGroup::robot)
+      .def_ro("limb", &RowGroup::limb)
+      .def_ro("size", &RowGroup::size)
+      .def_ro("implied", &RowGroup::implied)
+      .def_ro("scale", &RowGroup::scale);
+  nb::enum_<StageKind>(m, "StageKind")
+      .value("RUNNING", StageKind::Running)
+      .value("TERMINAL", StageKind::Terminal);
+  nb::enum_<RowKind>(m, "RowKind")
+      .value("EQUALITY", RowKind::Equality)
+      .value("INEQUALITY", RowKind::Inequality)
+      .value("LINK", RowKind::Link);
   nb::class_<ParameterInfo>(m, "ParameterInfo", "A named group of run-time parameters.")
       .def_ro("name", &ParameterInfo::name)
       .def_ro("shape", &ParameterInfo::shape)
@@ -55,6 +76,7 @@ void bind_core(nb::module_& m) {
       .def(nb::init<const std::string&, const std::string&>(), "library"_a, "manifest"_a)
       .def_prop_ro("horizon", &LoweredProblem::horizon)
       .def_prop_ro("blocks", &LoweredProblem::blocks)
+      .def("rows", &LoweredProblem::rows, "stage"_a, "kind"_a, "Groups of rows in their order.")
       .def_prop_ro("parameters", &LoweredProblem::parameters)
       .def_prop_ro("policies", &LoweredProblem::policies, "By inequality family.")
       .def_prop_ro("name", &LoweredProblem::name)

@@ -5,22 +5,25 @@ from __future__ import annotations
 import logging
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core, compilation
-from palanquin.code import Code, Kind, SavedCode, StatedCode
+from palanquin.code import KINDS, Code, Kind, SavedCode, StatedCode
 from palanquin.errors import LoweringError
 from palanquin.evaluation import Evaluation, snapshot
 from palanquin.named_array import NamedArray
 from palanquin.policies import Policy, policy_of
 from palanquin.problem import Problem, checked_horizon
 from palanquin.saved_folder import write_folder
+
+if TYPE_CHECKING:
+    from palanquin.checking import CheckReport
 
 logger = logging.getLogger("palanquin.lowering")
 
@@ -76,6 +79,11 @@ class Lowered:
     def name(self) -> str:
         """The problem's name."""
         return self._code.name
+
+    @property
+    def code(self) -> Code:
+        """Where its C code comes from: a statement, or a saved folder."""
+        return self._code
 
     def parameters(self, horizon: int | None = None) -> NamedArray:
         """Parameters at their defaults: p["name"] is a view [N + 1, *shape], settable by broadcast.
@@ -148,6 +156,42 @@ class Lowered:
             {**self.policies, **(policies or {})},
             *(np.asarray(array, float) for array in (parameters, measured, trajectory)),
         )
+
+    def check(
+        self,
+        parameters: NamedArray | ArrayLike | None = None,
+        trajectory: NamedArray | ArrayLike | None = None,
+        *,
+        random_points: int = 2,
+        seed: int = 0,
+        libraries: Sequence[Kind] = KINDS,
+    ) -> CheckReport:
+        """Holds every lowered derivative against finite differences on the manifold, and says what
+        the derivatives tell of the problem: dependent equality rows, indefinite costs, variables in
+        no cost, magnitudes far apart.
+
+        Args:
+            parameters: [N + 1, np] or [np]; their defaults unless told.
+            trajectory: knots [N + 1, nz] or [nz] to look at, at most 4 of them; the neutral knot
+                unless told. A start that a solver fails at is a good choice.
+            random_points: how many further points are drawn about the first one.
+            seed: of the draws.
+            libraries: whose functions are compared; "exact" (exact Hessians) and "nlp" (Ipopt's)
+                may have to be compiled first. What is stated is checked term by term; of a problem
+                that was loaded from files only code is left, and its costs have no terms.
+
+        Returns:
+            The report; print it, or read its findings.
+
+        Raises:
+            ProblemError: a wrong shape, or a value that is not finite.
+        """
+        from palanquin.checking import check
+
+        return check(
+            self, parameters, trajectory,
+            random_points=random_points, seed=seed, libraries=libraries,
+        )  # fmt: skip
 
     def library(self, kind: Kind) -> str:
         """Path of a further library: "nlp" for Ipopt, "exact" for exact Hessians; cached too."""

@@ -46,6 +46,7 @@ from palanquin.terms import (
 )
 
 if TYPE_CHECKING:
+    from palanquin.checking import CheckReport
     from palanquin.lowered import Lowered
 
 __all__ = [
@@ -275,6 +276,12 @@ class Problem:
         from palanquin.lowered import lower
 
         return lower(self, **options)
+
+    def check(self, **options: Any) -> CheckReport:
+        """Lowers the problem and checks its derivatives, rank, curvature and magnitudes; options as
+        of `palanquin.lowered.Lowered.check`.
+        """
+        return self.lower().check(**options)
 
     # ---- contents ------------------------------------------------------------------------------
 

@@ -22,11 +22,12 @@ from palanquin.lowering.functions import sqp_functions, value_functions
 from palanquin.lowering.knot import Knot, knot_symbols
 from palanquin.lowering.manifest_lines import manifest, structure_lines
 from palanquin.lowering.nlp import nlp_functions
-from palanquin.lowering.stage import groups_at, stacked_rows, total_cost
+from palanquin.lowering.stage import exact_tangent_hessian, groups_at, stacked_rows, total_cost
 
 __all__ = [
     "Knot",
     "exact_hessian_functions",
+    "exact_tangent_hessian",
     "explicit_next_state",
     "groups_at",
     "knot_symbols",
