@@ -186,7 +186,7 @@ def _random(
     """
     points = []
     for i in range(count):
-        knots = [code.moved(base.z, rng.normal(size=code.core.ndz)) for _ in range(3)]
+        before, z, after = (code.moved(base.z, rng.normal(size=code.core.ndz)) for _ in range(3))
         p = base.p + 0.1 * rng.uniform(size=base.p.size) * np.maximum(np.abs(base.p), 0.1)
-        points.append(Point(f"random {i + 1}", *knots, p, base.roles))
+        points.append(Point(f"random {i + 1}", before, z, after, p, base.roles))
     return points

@@ -56,11 +56,14 @@ class CompiledProblem:
     def __call__(self, name: str, *arguments: Array) -> list[Array]:
         """Dense results of a function."""
         if name not in self._functions:
-            kind = name.partition("_")[0]
-            library = self.lowered.library(kind) if kind in ("exact", "nlp") else self.core.path
-            self._functions[name] = ca.external(name, str(library))
+            self._functions[name] = ca.external(name, self._library(name))
         results = self._functions[name].call([ca.DM(a) for a in arguments])
         return [np.array(ca.densify(r)) for r in results]
+
+    def _library(self, function: str) -> str:
+        if function.startswith("exact_"):
+            return self.lowered.library("exact")
+        return self.lowered.library("nlp") if function.startswith("nlp_") else self.core.path
 
     # ---- names -----------------------------------------------------------------------------------
 

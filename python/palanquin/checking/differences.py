@@ -92,13 +92,13 @@ def faults(derivative: Derivative, where: str) -> Iterator[Finding]:
         is_broken = is_broken | is_broken.T
     stated = derivative.stated
     is_defined = np.isfinite(derivative.values(np.zeros(len(derivative.columns))))
-    for row in np.flatnonzero(~is_defined):
+    for row in np.flatnonzero(~is_defined).tolist():
         yield _finding("undefined", derivative, row, None, where, "its value is not finite")
     with np.errstate(all="ignore"):
         sizes = np.where(np.isfinite(slope), np.abs(slope), 0).max(axis=1, initial=0)
         allowed = TOLERANCE * sizes[:, None] + 10 * uncertainty + 1e-9
         differs = ~(np.abs(stated - slope) <= allowed)
-    for row, column in np.argwhere(is_defined[:, None] & (differs | is_broken)):
+    for row, column in np.argwhere(is_defined[:, None] & (differs | is_broken)).tolist():
         value, expected = stated[row, column], slope[row, column]
         kind: Kind = "derivative"
         text = f"it is lowered as {value:.6g}, finite differences give {expected:.6g}"

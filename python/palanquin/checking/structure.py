@@ -85,7 +85,7 @@ def dependencies(rows: Array) -> list[tuple[int, list[int]]]:
     """Rows [m, n] that are combinations of earlier independent ones, and which those are."""
     independent: list[int] = []
     basis = np.zeros((0, rows.shape[1]))
-    found = []
+    found: list[tuple[int, list[int]]] = []
     for i, row in enumerate(rows):
         size = float(np.linalg.norm(row))
         if size == 0.0:
