@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
+from palanquin.json_numbers import without_nan
 from palanquin.plan import Ipopt, Plan, Sqp, Status
 from palanquin.problems.clm.case import Case
 from palanquin.problems.clm.case_problem import CaseProblem
@@ -48,7 +48,7 @@ class CaseResult:
         message = plan.message
         if self.starts > 1:
             message += f" (best of {self.starts} starts)"
-        return _without_nan(
+        return without_nan(
             {
                 "status": plan.status.name.lower(),
                 "message": message,
@@ -132,14 +132,3 @@ def _rank(plan: Plan, solver: Solver) -> tuple[bool, bool, float]:
     """Solved before usable before the rest, then by cost."""
     cost = plan.cost if math.isfinite(plan.cost) else math.inf
     return (not _is_solved(plan, solver), not plan.is_usable, cost)
-
-
-def _without_nan(value: Any) -> Any:
-    """JSON knows neither NaN nor infinity: null stands for them."""
-    if isinstance(value, Mapping):
-        return {key: _without_nan(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_without_nan(entry) for entry in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

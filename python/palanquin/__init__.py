@@ -12,6 +12,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from palanquin.candidates import Candidates, Choice
+from palanquin.dump import Dump, read_dump
 from palanquin.errors import LoweringError, PalanquinError, ProblemError
 from palanquin.evaluation import Evaluation
 from palanquin.lowered import Lowered, LoweringReport, load, lower
@@ -25,6 +26,7 @@ __all__ = [
     "Candidates",
     "Chart",
     "Choice",
+    "Dump",
     "Evaluation",
     "Hard",
     "Ipopt",
@@ -46,4 +48,5 @@ __all__ = [
     "configure",
     "load",
     "lower",
+    "read_dump",
 ]

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+import copy
+import itertools
+import logging
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core
-from palanquin.errors import ProblemError
+from palanquin.errors import PalanquinError, ProblemError
 from palanquin.evaluation import Evaluation, core_policy
+from palanquin.instance import Instance, Method
 from palanquin.lowered import Lowered
 from palanquin.named_array import NamedArray
 from palanquin.policies import Policy
@@ -18,6 +24,7 @@ from palanquin.problem import checked_horizon
 from palanquin.settings import configure
 
 Status = _core.Status
+logger = logging.getLogger("palanquin.dump")
 
 SQP_PHASES = ("transcribe", "linearize", "update", "solve", "globalize")
 """Of an SQP step: inputs taken over and roles settled; derivatives; the QP's factorisation; its
@@ -42,6 +49,7 @@ class Plan:
         iterations: a record per SQP iteration (empty for Ipopt).
         iteration_count: number of iterations.
         timings_ms: milliseconds per phase, and "total".
+        instance: what the solver was asked; None in a pickled copy.
     """
 
     trajectory: NamedArray
@@ -52,6 +60,28 @@ class Plan:
     iterations: list[_core.IterationRecord]
     iteration_count: int
     timings_ms: dict[str, float]
+    instance: Instance | None = field(default=None, repr=False, compare=False)
+
+    def dump(self, path: str | os.PathLike[str]) -> Path:
+        """Writes the solve as one file, which `palanquin solve FILE` and `palanquin.read_dump`
+        repeat on any machine: code, parameters, measurement, guess, settings, policies.
+
+        Returns:
+            The path.
+
+        Raises:
+            ProblemError: this is a pickled copy.
+            OSError: it cannot be written.
+        """
+        from palanquin.dump import write_dump
+
+        if self.instance is None:
+            raise ProblemError("a pickled plan has its results alone; it cannot be dumped")
+        return write_dump(path, self.instance, self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Results alone: an instance would be lowered again."""
+        return {**self.__dict__, "instance": None}
 
     @property
     def tracking_cost(self) -> float:
@@ -92,9 +122,10 @@ Settings = TypeVar("Settings", _core.SqpSettings, _core.IpoptSettings)
 
 
 class _Solver(Generic[Settings]):
-    """What Sqp and Ipopt share: settings, default policies, inputs, guesses."""
+    """What Sqp and Ipopt share: settings, default policies, inputs, guesses, dumps."""
 
     _settings_type: type[Settings]
+    _method: ClassVar[Method]
 
     def __init__(
         self,
@@ -102,11 +133,15 @@ class _Solver(Generic[Settings]):
         settings: Settings | None = None,
         *,
         horizon: int | None = None,
+        dump_on_failure: str | os.PathLike[str] | None = None,
         **options: Any,
     ) -> None:
         self.lowered = lowered
+        self.policies: dict[str, Policy] = {}
+        self._dumps = dump_on_failure and _Dumps(Path(dump_on_failure))
         self.horizon = checked_horizon(lowered.horizon if horizon is None else horizon)
         self.settings: Settings = configure(settings or self._settings_type(), **options)
+        self._settings_in_use: Any = copy.copy(self.settings)
         self._core = self._make_core()
         for family, policy in lowered.policies.items():
             self.set_policy(family, policy)
@@ -120,10 +155,36 @@ class _Solver(Generic[Settings]):
         lowering.
         """
         self._core.set_policy(family, core_policy(policy))
+        self.policies[family] = policy
 
-    def _plan(self, found: _core.Plan, timings_ms: dict[str, float]) -> Plan:
-        """The engine's plan, with names."""
-        return Plan(
+    def dump(
+        self,
+        path: str | os.PathLike[str],
+        parameters: NamedArray,
+        measured: NamedArray | ArrayLike,
+        guess: NamedArray | ArrayLike | None = None,
+    ) -> Path:
+        """Writes what `solve` would be asked as one file, without solving; see `Plan.dump`."""
+        from palanquin.dump import write_dump
+
+        return write_dump(path, self._instance(*self._inputs(parameters, measured, guess)))
+
+    def _instance(
+        self,
+        parameters: NDArray[np.float64],
+        measured: NDArray[np.float64],
+        guess: NDArray[np.float64],
+        predicted: NDArray[np.float64] | None = None,
+    ) -> Instance:
+        """With copies of what the caller may change."""
+        return Instance(
+            self.lowered, self._method, self._settings_in_use, dict(self.policies),
+            parameters.copy(), measured.copy(), guess.copy(), predicted,
+        )  # fmt: skip
+
+    def _plan(self, found: _core.Plan, timings_ms: dict[str, float], instance: Instance) -> Plan:
+        """The engine's plan, with names; dumped if it failed and that is asked for."""
+        plan = Plan(
             trajectory=self.lowered.wrap(found.trajectory),
             status=found.status,
             is_usable=found.is_usable,
@@ -132,7 +193,11 @@ class _Solver(Generic[Settings]):
             iterations=found.history,
             iteration_count=found.iterations,
             timings_ms=timings_ms,
+            instance=instance,
         )
+        if self._dumps and not plan.is_usable:
+            self._dumps.keep(plan)
+        return plan
 
     def _inputs(
         self,
@@ -152,6 +217,32 @@ class _Solver(Generic[Settings]):
         return p, z, np.ascontiguousarray(start)
 
 
+class _Dumps:
+    """A folder for the dumps of plans that may not be executed: the first few of a solver."""
+
+    MOST = 10
+    _numbers = itertools.count(1)
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._left = self.MOST
+
+    def keep(self, plan: Plan) -> None:
+        """Writes a dump; what keeps it from being written is logged, and disturbs nobody."""
+        if plan.instance is None or not self._left:
+            return
+        self._left -= 1
+        number = f"{os.getpid()}-{next(self._numbers)}"
+        name = f"{plan.instance.lowered.name}-{plan.status.name.lower()}-{number}.palanquin"
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            plan.dump(self._folder / name)
+        except (OSError, PalanquinError) as error:
+            logger.warning("a failed solve was not dumped: %s", error)
+        else:
+            logger.info("a failed solve was dumped: %s", self._folder / name)
+
+
 class Sqp(_Solver[_core.SqpSettings]):
     """The SQP solver of a lowered problem.
 
@@ -161,6 +252,8 @@ class Sqp(_Solver[_core.SqpSettings]):
         lowered: the problem.
         settings: from `sqp_settings`; or give its fields as options.
         horizon: number of intervals N; the problem's own unless told.
+        dump_on_failure: folder in which the first 10 solves are dumped whose plans may not be
+            executed (see `Plan.dump`). `advance`, which makes no plans, dumps nothing.
         **options: fields of `SqpSettings`, nested ones as dicts, for example
             `qp="osqp", max_iterations=1, subproblem={"max_inner_iterations": 3}`.
 
@@ -170,6 +263,8 @@ class Sqp(_Solver[_core.SqpSettings]):
     """
 
     _settings_type = _core.SqpSettings
+    _method = "sqp"
+    _prepared: tuple[NDArray[np.float64], ...] = ()
 
     def _make_core(self) -> _core.Sqp:
         is_exact = self.settings.hessian == _core.HessianKind.EXACT
@@ -194,7 +289,7 @@ class Sqp(_Solver[_core.SqpSettings]):
         """
         p, z, start = self._inputs(parameters, measured, guess)
         found = self._core.solve_plan(p, z, start)
-        return self._plan(found, _phases(found))
+        return self._plan(found, _phases(found), self._instance(p, z, start))
 
     def advance(
         self,
@@ -253,6 +348,7 @@ class Sqp(_Solver[_core.SqpSettings]):
             False when a function is not finite there; `feedback` must then not be called.
         """
         p, z, start = self._inputs(parameters, predicted, guess)
+        self._prepared = (p.copy(), z.copy(), start.copy())
         return bool(self._core.prepare(p, z, start))
 
     def feedback(self, measured: NamedArray | ArrayLike) -> Plan:
@@ -262,8 +358,11 @@ class Sqp(_Solver[_core.SqpSettings]):
         Raises:
             RuntimeError: nothing was prepared.
         """
-        found = self._core.feedback_plan(np.asarray(measured, float))
-        return self._plan(found, {**_phases(found), "feedback": found.feedback_ms})
+        z = np.asarray(measured, float)
+        found = self._core.feedback_plan(z)
+        p, predicted, start = self._prepared
+        timings_ms = {**_phases(found), "feedback": found.feedback_ms}
+        return self._plan(found, timings_ms, self._instance(p, z, start, predicted))
 
     def feedback_gain(self) -> NDArray[np.float64]:
         """dz_0/dx_0 of the last solution [ndz, ndx], in the tangent space: how the first knot's
@@ -280,6 +379,7 @@ class Ipopt(_Solver[_core.IpoptSettings]):
     """Ipopt on the same lowered problem: the ground truth. Options: fields of `IpoptSettings`."""
 
     _settings_type = _core.IpoptSettings
+    _method = "ipopt"
 
     def _make_core(self) -> _core.Ipopt:
         library = self.lowered.library("nlp")
@@ -294,4 +394,5 @@ class Ipopt(_Solver[_core.IpoptSettings]):
         """As `Sqp.solve`. Inequalities are hard constraints unless `penalize` is set."""
         p, z, start = self._inputs(parameters, measured, guess)
         found = self._core.solve(p, z, start)
-        return self._plan(found, {"solve": found.times.solve, "total": found.times.total})
+        timings_ms = {"solve": found.times.solve, "total": found.times.total}
+        return self._plan(found, timings_ms, self._instance(p, z, start))

@@ -21,7 +21,7 @@ from palanquin.cli import (
 )
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
-from palanquin.cli.versions import versions
+from palanquin.versions import versions
 
 app = typer.Typer(
     name="palanquin",

@@ -1,4 +1,4 @@
-"""`palanquin solve`: one optimal control problem from a file."""
+"""`palanquin solve`: one optimal control problem from a file, a case or a dump."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from palanquin.cli.console import (
     reported_errors,
     show_progress_of_lowering,
     write_json,
+    writing,
 )
 
 
@@ -29,10 +30,17 @@ class Solver(StrEnum):
 
 
 def solve(
-    case: Annotated[Path, typer.Argument(metavar="CASE.json", help="One problem instance.")],
+    case: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="One problem instance: a case (JSON), or a dump."),
+    ],
     solver: Annotated[
-        Solver, typer.Option(help="One SQP iteration, SQP to convergence, or Ipopt.")
-    ] = Solver.SQP,
+        Solver | None,
+        typer.Option(
+            help="One SQP iteration, SQP to convergence, or Ipopt.  [default: sqp, or the dump's]",
+            show_default=False,
+        ),
+    ] = None,
     qp: Annotated[str | None, typer.Option(help="Back end of the SQP's subproblem.")] = None,
     iterations: Annotated[
         int | None, typer.Option(min=1, max=1_000_000, help="Iteration limit.")
@@ -44,11 +52,21 @@ def solve(
         int, typer.Option(min=1, max=1000, help="Foothold choices to try where ditches leave some.")
     ] = 16,
     file: Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")] = None,
+    dump: Annotated[
+        Path | None,
+        typer.Option(
+            "--dump-on-failure",
+            metavar="FILE",
+            help="Where to write a solve that failed, as one file to be solved elsewhere.",
+        ),
+    ] = None,
 ) -> None:
     """Solves one problem instance and says why the solver stopped.
 
     Exit status: 0 solved, 1 not solved (the result is written all the same), 2 bad input.
     """
+    from palanquin.cli.solve_dump import solve_dump
+    from palanquin.dump import is_dump
     from palanquin.problems.case_files import read_case
     from palanquin.problems.clm import parse_case
     from palanquin.problems.clm.solve import CaseResult, solve_case
@@ -56,16 +74,27 @@ def solve(
 
     with reported_errors():
         check_writable("--out", file)
+        check_writable("--dump-on-failure", dump)
+        if is_dump(case):
+            solve_dump(case, solver and solver.value, qp, iterations, penalty, file)
+            return
         data = read_case(case)
         if is_layered(data):
+            if dump is not None:
+                raise ValueError("--dump-on-failure does not take robots on bars")
             _solve_layered(case, data, qp, file)
             return
         problem = parse_case(data, str(case))
         show_progress_of_lowering()
-        result: CaseResult = solve_case(problem, solver.value, qp, iterations, penalty, starts)
+        result: CaseResult = solve_case(
+            problem, (solver or Solver.SQP).value, qp, iterations, penalty, starts
+        )
         figures = result.to_json()
         write_json("--out", file, figures)
-    out.print(_summary(case.stem, figures))
+        if dump is not None and not result.solved:
+            with writing("--dump-on-failure", dump):
+                result.plan.dump(dump)
+    out.print(summary(case.stem, figures))
     if not result.solved:
         worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
         err.print(f"not solved: {figures['message']}; worst rows: {worst}", markup=False)
@@ -93,7 +122,8 @@ def _solve_layered(case: Path, data: Any, qp: str | None, file: Path | None) -> 
         raise typer.Exit(NOT_SOLVED)
 
 
-def _summary(name: str, figures: dict) -> Table:  # type: ignore[type-arg]
+def summary(name: str, figures: dict) -> Table:  # type: ignore[type-arg]
+    """Figures of a solve as a table."""
     table = Table(title=name, show_header=False)
     for key in ("status", "message", "cost", "tracking_cost", "penalty_cost"):
         table.add_row(key, _number(figures[key]))
