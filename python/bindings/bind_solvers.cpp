@@ -39,6 +39,18 @@ void bind_settings(nb::module_& m) {
       .def_rw("contraction", &LineSearchSettings::contraction)
       .def_rw("min_step", &LineSearchSettings::min_step)
       .def_rw("divergence", &LineSearchSettings::divergence);
+  nb::class_<DampingSettings>(m, "DampingSettings")
+      .def(nb::init<>())
+      .def_rw("first", &DampingSettings::first)
+      .def_rw("smallest", &DampingSettings::smallest)
+      .def_rw("largest", &DampingSettings::largest)
+      .def_rw("growth", &DampingSettings::growth)
+      .def_rw("poor", &DampingSettings::poor)
+      .def_rw("max_attempts", &DampingSettings::max_attempts);
+  nb::class_<RestorationSettings>(m, "RestorationSettings")
+      .def(nb::init<>())
+      .def_rw("proximal", &RestorationSettings::proximal)
+      .def_rw("certificate", &RestorationSettings::certificate);
   nb::class_<PenaltySubproblemSettings>(m, "SubproblemSettings")
       .def(nb::init<>())
       .def_rw("max_inner_iterations", &PenaltySubproblemSettings::max_inner_iterations)
@@ -97,10 +109,13 @@ void bind_settings(nb::module_& m) {
       .def_rw("max_iterations", &SqpSettings::max_iterations)
       .def_rw("cost_tolerance", &SqpSettings::cost_tolerance)
       .def_rw("equality_tolerance", &SqpSettings::equality_tolerance)
-      .def_rw("regularization", &SqpSettings::regularization)
+      .def_rw("stationarity_tolerance", &SqpSettings::stationarity_tolerance)
       .def_rw("usable_violation", &SqpSettings::usable_violation)
+      .def_rw("unbounded_size", &SqpSettings::unbounded_size)
       .def_rw("globalize", &SqpSettings::globalize)
       .def_rw("line_search", &SqpSettings::line_search)
+      .def_rw("damping", &SqpSettings::damping)
+      .def_rw("restoration", &SqpSettings::restoration)
       .def_rw("subproblem", &SqpSettings::subproblem)
       .def_rw("qp_settings", &SqpSettings::qp_settings)
       .def("explain_invalid", &SqpSettings::explain_invalid);
@@ -132,12 +147,15 @@ void make_snapshot(Snapshot* self, std::shared_ptr<LoweredProblem> problem, Form
   new (self) Snapshot(std::move(made));
 }
 
-using RecordState = std::tuple<std::array<double, 5>, int, bool, int, int, std::array<double, 5>>;
+using RecordState =
+    std::tuple<std::array<double, 8>, int, bool, bool, int, int, std::array<double, 5>>;
 
 RecordState state_of(const IterationRecord& r) {
   const PhaseTimes& t = r.times;
-  return {{r.cost, r.penalty, r.equality_max, r.predicted, r.step_length},
+  return {{r.cost, r.penalty, r.equality_max, r.inequality_max, r.predicted, r.step_length,
+           r.damping, r.stationarity},
           static_cast<int>(r.step),
+          r.convexified,
           r.refused_cycle,
           r.inner_iterations,
           static_cast<int>(r.qp_status),
@@ -145,14 +163,19 @@ RecordState state_of(const IterationRecord& r) {
 }
 
 void restore_record(IterationRecord& self, const RecordState& state) {
-  const auto& [numbers, step, refused_cycle, inner_iterations, qp_status, times] = state;
+  const auto& [numbers, step, convexified, refused_cycle, inner_iterations, qp_status, times] =
+      state;
   IterationRecord& r = *new (&self) IterationRecord;
   r.cost = numbers[0];
   r.penalty = numbers[1];
   r.equality_max = numbers[2];
-  r.predicted = numbers[3];
-  r.step_length = numbers[4];
+  r.inequality_max = numbers[3];
+  r.predicted = numbers[4];
+  r.step_length = numbers[5];
+  r.damping = numbers[6];
+  r.stationarity = numbers[7];
   r.step = static_cast<StepKind>(step);
+  r.convexified = convexified;
   r.refused_cycle = refused_cycle;
   r.inner_iterations = inner_iterations;
   r.qp_status = static_cast<QpStatus>(qp_status);
@@ -176,7 +199,10 @@ void bind_results(nb::module_& m) {
       .value("CONVERGED", Status::Converged)
       .value("ITERATION_LIMIT", Status::IterationLimit)
       .value("STALLED", Status::Stalled)
+      .value("SADDLE", Status::Saddle)
+      .value("UNFINISHED", Status::Unfinished)
       .value("DIVERGED", Status::Diverged)
+      .value("UNBOUNDED", Status::Unbounded)
       .value("INFEASIBLE", Status::Infeasible)
       .value("QP_FAILED", Status::QpFailed)
       .value("NON_FINITE", Status::NonFinite);
@@ -192,9 +218,13 @@ void bind_results(nb::module_& m) {
       .def_ro("cost", &IterationRecord::cost)
       .def_ro("penalty", &IterationRecord::penalty)
       .def_ro("equality_max", &IterationRecord::equality_max)
+      .def_ro("inequality_max", &IterationRecord::inequality_max)
       .def_ro("predicted", &IterationRecord::predicted)
       .def_ro("step_length", &IterationRecord::step_length)
       .def_prop_ro("step", [](const IterationRecord& r) { return to_string(r.step); })
+      .def_ro("damping", &IterationRecord::damping)
+      .def_ro("convexified", &IterationRecord::convexified)
+      .def_ro("stationarity", &IterationRecord::stationarity)
       .def_ro("refused_cycle", &IterationRecord::refused_cycle)
       .def_ro("inner_iterations", &IterationRecord::inner_iterations)
       .def_prop_ro("qp_status", [](const IterationRecord& r) { return to_string(r.qp_status); })

@@ -1,7 +1,8 @@
 """What kept a plan from being one full step after another, as typed events.
 
-A solver answers trouble by a ladder: a shorter step, a step with a proximal term, the shifted plan
-kept as it is; and a planner that has kept it for long enough starts from its references again.
+A solver answers trouble by a ladder: a shorter step, a step with damping, a step towards the rows,
+the shifted plan kept as it is; and a planner that has kept it for long enough starts from its
+references again.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ class EventKind(StrEnum):
     REFUSED_CYCLE = "refused_cycle"
     """A full step would have led back to where the iteration was two steps before."""
     REGULARIZED_STEP = "regularized_step"
-    """The plain QP or its step failed; one with a proximal term gave the step."""
+    """The plain QP or its step failed; one with Levenberg-Marquardt damping gave the step."""
+    RESTORED_STEP = "restored_step"
+    """The QP had no solution; the step brings the rows closer instead."""
     KEPT_PLAN = "kept_plan"
     """No step was acceptable: the plan is the guess, in a closed loop the last plan shifted."""
     RESTART = "restart"
@@ -43,6 +46,7 @@ class Event:
 _KIND_OF_STEP = {
     "damped": EventKind.DAMPED_STEP,
     "regularized": EventKind.REGULARIZED_STEP,
+    "restored": EventKind.RESTORED_STEP,
     "rejected": EventKind.KEPT_PLAN,
 }
 

@@ -14,12 +14,22 @@ bool is_step_acceptable(const LineSearchSettings& s, const Merit& current, const
 
   if (trial.infeasibility > s.max_infeasibility)
     return trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;
-  const bool both_feasible =
-      std::max(trial.infeasibility, current.infeasibility) < s.min_infeasibility;
-  if (both_feasible && directional_cost < 0.0)
+  if (are_feasible(s, current, trial) && directional_cost < 0.0)
     return trial.cost < current.cost + s.armijo * alpha * directional_cost + slack;
   return trial.cost < current.cost - s.cost_decrease * current.infeasibility + slack ||
          trial.infeasibility < (1.0 - s.infeasibility_decrease) * current.infeasibility;
+}
+
+bool are_feasible(const LineSearchSettings& s, const Merit& current, const Merit& trial) {
+  return std::max(trial.infeasibility, current.infeasibility) < s.min_infeasibility;
+}
+
+bool Filter::accepts(const LineSearchSettings& s, const Merit& trial) const {
+  return std::all_of(entries_.begin(), entries_.end(), [&](const Merit& entry) {
+    const double slack = s.cost_resolution * std::max(1.0, std::abs(entry.cost));
+    return trial.infeasibility < (1.0 - s.infeasibility_decrease) * entry.infeasibility ||
+           trial.cost < entry.cost - s.cost_decrease * entry.infeasibility + slack;
+  });
 }
 
 bool has_diverged(const LineSearchSettings& s, const Merit& current, const Merit& trial,

@@ -22,7 +22,7 @@ class MultipliersQpSolver final : public QpSolver {
 
   std::string_view name() const override { return "multipliers"; }
   QpCapabilities capabilities() const override {
-    return {.inequality_rows = true, .starts_warm = true};
+    return {.inequality_rows = true, .starts_warm = true, .tells_inertia = true};
   }
 
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {

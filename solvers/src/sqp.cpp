@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 #include "palanquin/core/diagnosis/non_finite.hpp"
@@ -11,6 +10,7 @@
 #include "palanquin/core/finite.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "stopwatch.hpp"
+#include "unsupported_rows.hpp"
 
 namespace palanquin {
 
@@ -31,33 +31,23 @@ std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& traj
   return "";
 }
 
+Merit merit_of(const Evaluation& evaluation) {
+  return {evaluation.infeasibility, evaluation.total()};
+}
+
+bool has_hard_rows(const StageQp& qp) {
+  return std::any_of(qp.stages.begin(), qp.stages.end(),
+                     [](const QpStage& stage) { return stage.inequality_value.size() > 0; });
+}
+
 /// As the back end takes them.
 LinkRows link_rows(const SqpSettings& settings) {
   const bool as_such = make_qp_solver(settings.qp, settings.qp_settings)->capabilities().link_rows;
   return as_such ? LinkRows::Linked : LinkRows::Folded;
 }
 
-/// Which row the back end does not take, and what does.
-std::string explain_unsupported(const TranscriptionWorkspace& transcription,
-                                const QpSolver& solver) {
-  const LoweredProblem& problem = transcription.problem();
-  const auto takers = [](bool QpCapabilities::* kind) {
-    std::string names;
-    for (std::string_view name : qp_solver_names())
-      if (make_qp_solver(name)->capabilities().*kind)
-        names += (names.empty() ? "'" : ", '") + std::string(name) + "'";
-    return names;
-  };
-  const std::string start = "the QP back end '" + std::string(solver.name()) + "' does not take ";
-  for (int k = 0; k <= transcription.horizon(); ++k) {
-    const KnotShape& shape = transcription.shape(k);
-    const StageKind stage = shape.signature.stage;
-    if (!solver.capabilities().inequality_rows && !shape.inequality_rows.empty())
-      return start + "hard inequalities such as " +
-             problem.row_name(stage, RowKind::Inequality, shape.inequality_rows.front(), k) +
-             "; give the family a penalty, or use " + takers(&QpCapabilities::inequality_rows);
-  }
-  return start + "rows of this problem";
+double largest_entry(const RowMatrix& trajectory) {
+  return trajectory.size() > 0 ? trajectory.cwiseAbs().maxCoeff() : 0.0;
 }
 }  // namespace
 
@@ -71,12 +61,16 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
           settings.threads),
       policies_(transcription_.inputs().shared_policies()),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
-      subproblem_(settings.subproblem) {
+      subproblem_(settings.subproblem),
+      damping_(settings.damping),
+      restoration_(settings.restoration, settings.qp_settings) {
   if (settings.hessian == HessianKind::Exact && exact == nullptr)
     throw std::invalid_argument(
         "sqp.hessian is exact, which needs the problem's \"exact\" library");
   trial_ = iterate_ = neutral_trajectory(transcription_.problem(), horizon);
-  history_.reserve(static_cast<std::size_t>(std::min(settings.max_iterations, 1000)));
+  const auto most = static_cast<std::size_t>(std::min(settings.max_iterations, 1000));
+  history_.reserve(most);
+  filter_.reserve(most);
   message_.reserve(256);
 }
 
@@ -106,12 +100,7 @@ Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
   while (status_ == Status::NotSolved) {
     IterationRecord record;
     if (linearize(record)) take_step(record, false);
-    history_.push_back(record);
-    if (status_ != Status::NotSolved) break;
-    if (is_converged(record))
-      finish(Status::Converged, "predicted decrease and residuals are within tolerance");
-    else if (static_cast<int>(history_.size()) == settings_.max_iterations)
-      finish(Status::IterationLimit, "all iterations were taken");
+    close(record);
   }
   return status_;
 }
@@ -148,50 +137,9 @@ Status Sqp::finish_feedback(VectorView measured) {
   is_real_time_ = true;
   IterationRecord record = prepared_;
   take_step(record, is_usable(prepared_.qp_status));
-  history_.push_back(record);
-  if (status_ == Status::NotSolved) finish(Status::IterationLimit, "all iterations were taken");
+  close(record);
   feedback_ms_ = watch.lap_ms();
   return status_;
-}
-
-Eigen::MatrixXd Sqp::feedback_gain() const {
-  const auto use = user_.read("feedback_gain");
-  const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
-  if (gain.size() == 0) return {};
-  const ColumnMap& columns = transcription_.shape(0).columns;
-  Eigen::MatrixXd expanded(transcription_.problem().ndz(), gain.cols());
-  Eigen::VectorXd w = Eigen::VectorXd::Zero(columns.nw());
-  for (Eigen::Index j = 0; j < gain.cols(); ++j) {
-    w.segment(columns.nx, columns.nu) = gain.col(j);
-    columns.expand(w.data(), transcription_.slopes(0), expanded.col(j).data());
-  }
-  return expanded;
-}
-
-RowMatrix Sqp::dynamics_multipliers() const {
-  const auto use = user_.read("dynamics_multipliers");
-  if (is_prepared_)
-    throw std::logic_error("dynamics_multipliers: the prepared QP waits for its feedback");
-  const int horizon = transcription_.horizon();
-  const Eigen::Index size = transcription_.problem().ndx();
-  RowMatrix rows = RowMatrix::Zero(horizon, size);
-  if (solution_.dynamics_multiplier.empty()) return rows;
-  StageQpSolution solution = solution_;
-  qp_solver_->find_dynamics_multipliers(solution);
-  for (int k = 0; k < horizon; ++k) {
-    const Eigen::VectorXd& row = solution.dynamics_multiplier[k + 1];
-    if (row.size() != size)
-      throw std::logic_error("dynamics_multipliers: knot " + std::to_string(k + 1) +
-                             " carries blocks over, whose multipliers have no row here");
-    rows.row(k) = row;
-  }
-  return rows;
-}
-
-double Sqp::model_cost() const {
-  const auto use = user_.read("model_cost");
-  return history_.empty() ? std::numeric_limits<double>::quiet_NaN()
-                          : start_cost_ + history_.back().predicted;
 }
 
 /// Takes over the inputs; false when a function is not finite at the guess.
@@ -214,6 +162,11 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
     return false;
   }
   transcription_.place_initial_state(iterate_);
+  filter_.reset();
+  restored_below_ = std::numeric_limits<double>::infinity();
+  damping_.reset();
+  restoration_.reset();
+  unboundedness_.reset(largest_entry(iterate_));
   transcribe_ms_ = watch.lap_ms();
   return true;
 }
@@ -228,64 +181,56 @@ bool Sqp::linearize(IterationRecord& record) {
     finish(Status::NonFinite, bad.message);
     return false;
   }
+  added_damping_ = 0.0;
   if (settings_.hessian == HessianKind::Exact) {
     solution_.resize(transcription_.qp());
-    transcription_.use_exact_hessians(iterate_, solution_);
+    damping_.forget_inertia();
+    use_exact_hessians(record, !qp_solver_->capabilities().tells_inertia);
     record.times.linearize += watch.lap_ms();
   }
+  add_damping();
   evaluation_ = transcription_.summarize();
   start_cost_ = evaluation_.total();
+  start_infeasibility_ = evaluation_.infeasibility;
   record.times.globalize = watch.lap_ms();
   return true;
 }
 
-/// Steps 2 and 3, a second time with a proximal term when the plain step fails.
+void Sqp::use_exact_hessians(IterationRecord& record, bool convexify) {
+  transcription_.use_exact_hessians(iterate_, solution_, convexify);
+  record.convexified = convexify;
+  added_damping_ = 0.0;
+}
+
+/// Brings the Hessians' damping to what is in force.
+void Sqp::add_damping() {
+  if (damping_.weight() == added_damping_) return;
+  if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
+  transcription_.regularize(damping_.weight() - added_damping_, damping_.scale());
+  added_damping_ = damping_.weight();
+}
+
+/// Steps 2 to 4.
 void Sqp::take_step(IterationRecord& record, bool is_prepared) {
-  if (!try_step(record, 0.0, is_prepared) && !try_step(record, settings_.regularization, false))
-    keep_iterate(record);
-  record.cost = evaluation_.cost;
-  record.penalty = evaluation_.penalty;
-  record.equality_max = evaluation_.equality_max;
+  const bool is_restoring = evaluation_.infeasibility > restored_below_;
+  const bool found = is_restoring ? restore(record) || find_step(record, is_prepared)
+                                  : find_step(record, is_prepared) || restore(record);
+  if (!found) keep_iterate(record);
 }
 
-/// No step was acceptable. A real-time plan starts at the measurement all the same.
-void Sqp::keep_iterate(IterationRecord& record) {
-  record.step = StepKind::Rejected;
-  if (status_ == Status::NonFinite) return;
-  if (is_real_time_) {
-    transcription_.place_initial_state(iterate_);
-    evaluation_ = transcription_.evaluate(iterate_);
+/// Steps 2 and 3, with more damping as long as they fail.
+bool Sqp::find_step(IterationRecord& record, bool is_prepared) {
+  restored_below_ = std::numeric_limits<double>::infinity();
+  for (int attempt = 1;; ++attempt, is_prepared = false) {
+    record.damping = damping_.weight();
+    if (solve_qp(record, is_prepared) && search_step(record)) return true;
+    if (attempt == settings_.damping.max_attempts || !damp_more(record)) return false;
   }
-  const bool feasible = evaluation_.equality_max <= settings_.equality_tolerance &&
-                        evaluation_.inequality_max <= settings_.equality_tolerance;
-  if (is_real_time_ && is_usable(record.qp_status))
-    finish(Status::Diverged, "cost or residuals blew up, however short the step");
-  else if (feasible)
-    finish(Status::Stalled, "no step length was accepted from a feasible point");
-  else if (is_usable(record.qp_status) || record.qp_status == QpStatus::PrimalInfeasible)
-    finish(Status::Infeasible, "the constraints cannot be met; " + describe_contradiction());
-  else
-    finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
-                                 "' answered: " + std::string(to_string(record.qp_status)));
 }
 
-/// The worst rows of the point that violates a contradicting QP least, or of the iterate.
-std::string Sqp::describe_contradiction() {
-  const StageQpSolution* nearest = qp_solver_->least_violation();
-  if (nearest == nullptr) return describe_worst_rows(iterate_);
-  transcription_.step(iterate_, *nearest, 1.0, trial_);
-  transcription_.place_initial_state(trial_);
-  return describe_worst_rows(trial_);
-}
-
-std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
-  return palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(),
-                                        trajectory);
-}
-
-bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepared) {
+/// Step 2.
+bool Sqp::solve_qp(IterationRecord& record, bool is_prepared) {
   Stopwatch watch;
-  if (regularization > 0.0) transcription_.regularize(regularization);
   const StageQp& qp = transcription_.qp();
   solution_.resize(qp);
   for (Eigen::VectorXd& w : solution_.w) w.setZero();
@@ -304,43 +249,229 @@ bool Sqp::try_step(IterationRecord& record, double regularization, bool is_prepa
     return false;
   }
   record.predicted = result.predicted_change;
-  if (settings_.hessian == HessianKind::Exact) qp_solver_->find_dynamics_multipliers(solution_);
-
-  const bool accepted = search_step(record);
-  record.times.globalize += watch.lap_ms();
-  if (accepted && regularization > 0.0) record.step = StepKind::Regularized;
-  return accepted;
+  if (!is_real_time_ || settings_.hessian == HessianKind::Exact)
+    qp_solver_->find_dynamics_multipliers(solution_);
+  return true;
 }
 
-/// Backtracks from the full step until one is acceptable. Real-time plans start at the measurement
-/// whatever the step length.
+/// More damping, or Hessians of another curvature, for a step that failed. False at the limit, or
+/// when the rows are to blame: never at a feasible point, where no step is a solution.
+bool Sqp::damp_more(IterationRecord& record) {
+  if (status_ != Status::NotSolved) return false;
+  const bool is_singular = record.qp_status == QpStatus::FactorizationFailed;
+  const bool is_solved = is_usable(record.qp_status);
+  if (!is_singular && !is_solved && !is_feasible(evaluation_)) return false;
+  const bool may_mirror = settings_.hessian == HessianKind::Exact && !record.convexified;
+  if (may_mirror && !is_solved && damping_.weight() > 0.0)
+    use_exact_hessians(record, true);
+  else if (!(is_singular ? damping_.grow_to_factorize() : damping_.grow()))
+    return false;
+  add_damping();
+  return true;
+}
+
+/// Step 3: backtracks from the full step until one is acceptable. Real-time plans start at the
+/// measurement whatever the step length.
 bool Sqp::search_step(IterationRecord& record) {
-  for (double alpha = 1.0; alpha >= settings_.line_search.min_step;
+  Stopwatch watch;
+  bool found = false;
+  // Where rows are violated the restoration is better than many short steps.
+  const double min_step = settings_.line_search.min_step;
+  const double shortest = is_feasible(evaluation_) ? min_step : std::sqrt(min_step);
+  for (double alpha = 1.0; !found && alpha >= shortest;
        alpha *= settings_.line_search.contraction) {
-    transcription_.step(iterate_, solution_, alpha, trial_);
-    if (is_real_time_) transcription_.place_initial_state(trial_);
-    trial_evaluation_ = transcription_.evaluate(trial_);
-    if (!trial_evaluation_.is_finite || !is_acceptable(alpha, record)) continue;
-    iterate_.swap(trial_);
-    evaluation_ = trial_evaluation_;
-    record.step_length = alpha;
-    record.step = alpha == 1.0 ? StepKind::Full : StepKind::Damped;
+    try_length(alpha);
+    found = trial_evaluation_.is_finite && is_acceptable(alpha, record);
+    if (found)
+      accept(alpha,
+             alpha < 1.0               ? StepKind::Damped
+             : damping_.weight() > 0.0 ? StepKind::Regularized
+                                       : StepKind::Full,
+             record);
+  }
+  record.times.globalize += watch.lap_ms();
+  return found;
+}
+
+void Sqp::try_length(double alpha) {
+  transcription_.step(iterate_, solution_, alpha, trial_);
+  if (is_real_time_) transcription_.place_initial_state(trial_);
+  trial_evaluation_ = transcription_.evaluate(trial_);
+}
+
+bool Sqp::is_acceptable(double alpha, IterationRecord& record) {
+  if (!settings_.globalize) return true;
+  const LineSearchSettings& search = settings_.line_search;
+  const Merit current = merit_of(evaluation_), trial = merit_of(trial_evaluation_);
+  if (is_real_time_) return !has_diverged(search, current, trial, start_cost_ + record.predicted);
+  if (!is_step_acceptable(search, current, trial, alpha, record.predicted)) return false;
+  if (!filter_.accepts(search, trial)) return false;
+  if (alpha == 1.0 && is_cycle(trial)) {
+    record.refused_cycle = true;
+    return false;
+  }
+  if (!are_feasible(search, current, trial)) filter_.add(current);
+  return true;
+}
+
+void Sqp::accept(double alpha, StepKind kind, IterationRecord& record) {
+  before_ = evaluation_;
+  iterate_.swap(trial_);
+  evaluation_ = trial_evaluation_;
+  record.step_length = alpha;
+  record.step = kind;
+}
+
+/// Step 4: towards the rows, when they are to blame. A real-time step keeps the cost in sight.
+bool Sqp::restore(IterationRecord& record) {
+  const bool rows_failed =
+      !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
+  if (status_ != Status::NotSolved || !rows_failed) return false;
+  if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
+  constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
+  filter_.add(merit_of(evaluation_));
+  if (std::isinf(restored_below_)) restored_below_ = kEnough * evaluation_.infeasibility;
+  const StageQp& qp = transcription_.qp();
+  bool found = false;
+  do {
+    if (!is_usable(restoration_.solve(qp, damping_.scale(), is_real_time_, solution_))) continue;
+    if (!is_real_time_ && dynamics_hold() && restoration_.is_stationary())
+      return finish_infeasible();
+    found = search_restoration(record);
+  } while (!found && restoration_.shorten());
+  if (!found) restoration_.reset();
+  if (is_real_time_ || !dynamics_hold()) return found;
+  const bool has_gained =
+      found && !restoration_.is_negligible(before_.infeasibility, evaluation_.infeasibility);
+  if (has_gained || !restoration_.is_stationary_when_balanced(qp, damping_.scale())) return found;
+  return finish_infeasible();
+}
+
+bool Sqp::finish_infeasible() {
+  finish(Status::Infeasible,
+         "the rows cannot be met: no step brings them closer; " + describe_worst_rows(iterate_));
+  return true;
+}
+
+/// Whether the rows, not the dynamics, make up what is violated where the QP was made.
+bool Sqp::dynamics_hold() const {
+  constexpr double kShare = 1e-6;  // of the dynamics in the squared residuals
+  const double all = start_infeasibility_, rows = restoration_.violation();
+  return rows > settings_.equality_tolerance && all * all - rows * rows <= kShare * all * all;
+}
+
+/// Backtracks until the residuals fall, a little only: a larger proximal term gives better short
+/// steps.
+bool Sqp::search_restoration(IterationRecord& record) {
+  constexpr double kShortest = 0.1;
+  const Merit current = merit_of(evaluation_);
+  for (double alpha = 1.0; alpha >= kShortest; alpha *= settings_.line_search.contraction) {
+    try_length(alpha);
+    const Merit trial = merit_of(trial_evaluation_);
+    const double enough =
+        (1.0 - settings_.line_search.infeasibility_decrease * alpha) * current.infeasibility;
+    const bool accepted = is_real_time_
+                              ? !has_diverged(settings_.line_search, current, trial, start_cost_)
+                              : trial_evaluation_.is_finite && trial.infeasibility < enough;
+    if (!accepted) continue;
+    accept(alpha, StepKind::Restored, record);
+    if (alpha == 1.0)
+      restoration_.lengthen();
+    else
+      restoration_.shorten();
     return true;
   }
   return false;
 }
 
-bool Sqp::is_acceptable(double alpha, IterationRecord& record) const {
-  if (!settings_.globalize) return true;
-  const Merit current{evaluation_.infeasibility, evaluation_.total()};
-  const Merit trial{trial_evaluation_.infeasibility, trial_evaluation_.total()};
-  if (is_real_time_)
-    return !has_diverged(settings_.line_search, current, trial, start_cost_ + record.predicted);
-  if (!is_step_acceptable(settings_.line_search, current, trial, alpha, record.predicted))
-    return false;
-  if (alpha < 1.0 || !is_cycle(trial)) return true;
-  record.refused_cycle = true;
-  return false;
+/// No step was acceptable. A real-time plan starts at the measurement all the same.
+void Sqp::keep_iterate(IterationRecord& record) {
+  record.step = StepKind::Rejected;
+  if (status_ != Status::NotSolved) return;
+  if (is_real_time_) {
+    transcription_.place_initial_state(iterate_);
+    evaluation_ = transcription_.evaluate(iterate_);
+  }
+  const bool is_solved = is_usable(record.qp_status);
+  if (is_real_time_ && is_solved)
+    finish(Status::Diverged, "cost or residuals blew up, however short the step");
+  else if (is_solved && is_feasible(evaluation_))
+    finish(Status::Stalled, "no step length was accepted from a feasible point");
+  else if (!is_real_time_ && !is_feasible(evaluation_))
+    finish(Status::Unfinished, "no step lowers cost or residuals, nor are these proved minimal; " +
+                                   describe_worst_rows(iterate_));
+  else
+    finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
+                                 "' answered: " + std::string(to_string(record.qp_status)));
+}
+
+/// Step 5, and what follows from the step for the next one.
+void Sqp::close(IterationRecord& record) {
+  record.cost = evaluation_.cost;
+  record.penalty = evaluation_.penalty;
+  record.equality_max = evaluation_.equality_max;
+  record.inequality_max = evaluation_.inequality_max;
+  if (status_ == Status::NotSolved) {
+    if (is_converged(record))
+      finish_converged(record);
+    else if (!is_real_time_ && is_unbounded())
+      finish(Status::Unbounded, "the cost falls without end: the trajectory has reached " +
+                                    std::to_string(largest_entry(iterate_)));
+    else if (static_cast<int>(history_.size()) + 1 >= settings_.max_iterations)
+      finish_at_limit();
+    else
+      update_damping(record);
+  }
+  history_.push_back(record);
+}
+
+void Sqp::update_damping(const IterationRecord& record) {
+  if (!settings_.globalize || record.step == StepKind::Restored) return;
+  damping_.update(decrease_ratio(record), record.step_length == 1.0);
+}
+
+/// Actual to predicted decrease of cost + weight theta, with the least weight under which the step
+/// is one of descent; NaN where rounding would decide.
+double Sqp::decrease_ratio(const IterationRecord& record) const {
+  const double weight =
+      record.predicted > 0.0 && before_.infeasibility > 0.0
+          ? std::max(2.0 * record.predicted / before_.infeasibility, multiplier_norm(solution_))
+          : 0.0;
+  const double predicted = weight * before_.infeasibility - record.predicted;
+  const double actual = before_.total() - evaluation_.total() +
+                        weight * (before_.infeasibility - evaluation_.infeasibility);
+  const double resolution =
+      settings_.line_search.cost_resolution * std::max(1.0, std::abs(before_.total()));
+  return predicted > resolution ? actual / predicted : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool Sqp::is_unbounded() {
+  return unboundedness_.update(before_.total(), evaluation_.total(), largest_entry(iterate_),
+                               settings_.unbounded_size);
+}
+
+void Sqp::finish_converged(const IterationRecord& record) {
+  const bool is_curved = record.convexified && qp_solver_->capabilities().tells_inertia;
+  if (is_curved && !has_hard_rows(transcription_.qp()))  // whose active set would have to be known
+    finish(Status::Saddle,
+           "stationary, but no minimum: the Lagrangian's curvature is negative along the rows");
+  else
+    finish(Status::Converged, "predicted decrease, residuals and gradient are within tolerance");
+}
+
+void Sqp::finish_at_limit() {
+  const double residual = std::max(evaluation_.equality_max, evaluation_.inequality_max);
+  if (residual <= settings_.usable_violation)
+    finish(Status::IterationLimit, "all iterations were taken");
+  else
+    finish(Status::Unfinished, "all iterations were taken, and residuals are above " +
+                                   std::to_string(settings_.usable_violation) + "; " +
+                                   describe_worst_rows(iterate_));
+}
+
+bool Sqp::is_feasible(const Evaluation& evaluation) const {
+  return evaluation.equality_max <= settings_.equality_tolerance &&
+         evaluation.inequality_max <= settings_.equality_tolerance;
 }
 
 /// Whether a full step would lead back to where the iteration was two steps ago: two linearisations
@@ -357,106 +488,23 @@ bool Sqp::is_cycle(const Merit& trial) const {
   return has_moved && equal(trial.cost, before.cost + before.penalty);
 }
 
-bool Sqp::is_converged(const IterationRecord& record) const {
+/// Looks at the gradient only when all else is within tolerance: it costs a pass over the QP.
+bool Sqp::is_converged(IterationRecord& record) {
   const double scale = std::max(1.0, std::abs(evaluation_.total()));
-  return record.step == StepKind::Full &&
-         std::abs(record.predicted) <= settings_.cost_tolerance * scale &&
-         evaluation_.equality_max <= settings_.equality_tolerance &&
-         evaluation_.inequality_max <= settings_.equality_tolerance;
+  if (record.step == StepKind::Restored || record.step == StepKind::Rejected ||
+      !(std::abs(record.predicted) <= settings_.cost_tolerance * scale) ||
+      !is_feasible(evaluation_))
+    return false;
+  qp_solver_->find_dynamics_multipliers(solution_);
+  const KktError error = kkt_.evaluate(transcription_.qp(), solution_);
+  record.stationarity = std::max(error.stationarity, error.complementarity);
+  return record.stationarity <= settings_.stationarity_tolerance;
 }
 
 void Sqp::finish(Status status, std::string_view message) {
   status_ = status;
   message_ = message;
   if (status == Status::NonFinite) evaluation_ = Evaluation{};
-}
-
-// ---- results ----------------------------------------------------------------------------------
-
-Status Sqp::status() const {
-  const auto use = user_.read("status");
-  return status_;
-}
-
-bool Sqp::has_usable_plan() const {
-  const auto use = user_.read("has_usable_plan");
-  return is_usable(status_, evaluation_, settings_.usable_violation);
-}
-
-const std::string& Sqp::message() const {
-  const auto use = user_.read("message");
-  return message_;
-}
-
-const RowMatrix& Sqp::trajectory() const {
-  const auto use = user_.read("trajectory");
-  return iterate_;
-}
-
-const Evaluation& Sqp::evaluation() const {
-  const auto use = user_.read("evaluation");
-  return evaluation_;
-}
-
-const std::vector<IterationRecord>& Sqp::history() const {
-  const auto use = user_.read("history");
-  return history_;
-}
-
-double Sqp::feedback_ms() const {
-  const auto use = user_.read("feedback_ms");
-  return feedback_ms_;
-}
-
-PhaseTimes Sqp::times() const {
-  const auto use = user_.read("times");
-  return sum_of(history_);
-}
-
-Plan Sqp::plan() const {
-  const auto use = user_.read("plan");
-  return make_plan();
-}
-
-Plan Sqp::make_plan() const {
-  Plan plan(transcription_.shared_model());
-  plan.inputs = transcription_.inputs();
-  plan.trajectory = iterate_;
-  plan.status = status_;
-  plan.message = message_;
-  plan.evaluation = evaluation_;
-  plan.usable_violation = settings_.usable_violation;
-  plan.history = history_;
-  plan.iterations = static_cast<int>(history_.size());
-  plan.times = sum_of(history_);
-  plan.feedback_ms = feedback_ms_;
-  return plan;
-}
-
-PhaseTimes sum_of(const std::vector<IterationRecord>& history) {
-  PhaseTimes sum;
-  for (const IterationRecord& record : history) {
-    sum.transcribe += record.times.transcribe;
-    sum.linearize += record.times.linearize;
-    sum.update += record.times.update;
-    sum.solve += record.times.solve;
-    sum.globalize += record.times.globalize;
-  }
-  return sum;
-}
-
-std::string_view to_string(StepKind kind) {
-  switch (kind) {
-    case StepKind::Full:
-      return "full";
-    case StepKind::Damped:
-      return "damped";
-    case StepKind::Regularized:
-      return "regularized";
-    case StepKind::Rejected:
-      return "rejected";
-  }
-  return "unknown";
 }
 
 }  // namespace palanquin

@@ -1,4 +1,5 @@
-#include "palanquin/solvers/sqp.hpp"
+#include "palanquin/solvers/sqp_settings.hpp"
+
 #include "setting_rules.hpp"
 
 namespace palanquin {
@@ -9,9 +10,12 @@ std::string SqpSettings::explain_invalid() const {
       .at_least("max_iterations", max_iterations, 1)
       .positive("cost_tolerance", cost_tolerance)
       .positive("equality_tolerance", equality_tolerance)
-      .positive("regularization", regularization)
+      .positive("stationarity_tolerance", stationarity_tolerance)
       .positive("usable_violation", usable_violation)
+      .positive("unbounded_size", unbounded_size)
       .nested(line_search.explain_invalid())
+      .nested(damping.explain_invalid())
+      .nested(restoration.explain_invalid())
       .nested(subproblem.explain_invalid())
       .nested(qp_settings.explain_invalid())
       .sentence();

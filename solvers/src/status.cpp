@@ -12,6 +12,12 @@ std::string_view to_string(Status status) {
       return "iteration_limit";
     case Status::Stalled:
       return "stalled";
+    case Status::Saddle:
+      return "saddle";
+    case Status::Unfinished:
+      return "unfinished";
+    case Status::Unbounded:
+      return "unbounded";
     case Status::Diverged:
       return "diverged";
     case Status::Infeasible:

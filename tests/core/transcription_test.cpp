@@ -32,6 +32,7 @@ struct Prepared {
     step.resize(transcription.qp());
     for (Eigen::VectorXd& w : step.w) w.setConstant(0.01);
     for (Eigen::VectorXd& lambda : step.dynamics_multiplier) lambda.setConstant(0.3);
+    for (const Eigen::VectorXd& w : step.w) scale.push_back(Eigen::VectorXd::Ones(w.size()));
   }
   /// What one SQP iteration asks of it, for parameters that may move the flags.
   void iteration(const RowMatrix& parameters, const Eigen::VectorXd& measured) {
@@ -46,6 +47,7 @@ struct Prepared {
   TranscriptionWorkspace transcription;
   RowMatrix iterate, moved;
   StageQpSolution step;
+  std::vector<Eigen::VectorXd> scale;  ///< ones, for regularize
 };
 
 /// The case's parameters one knot later, the last knot repeated.
@@ -103,7 +105,7 @@ TEST_F(TranscriptionTest, DoesNotAllocateInAnIteration) {
         TranscriptionWorkspace& t = made.transcription;
         const auto work = [&] {
           made.iteration(given.parameters, given.measured);
-          t.regularize(1e-4);
+          t.regularize(1e-4, made.scale);
           t.step(made.iterate, made.step, 0.5, made.moved);
           t.evaluate(made.moved);
         };
@@ -200,7 +202,7 @@ TEST_F(TranscriptionTest, AnotherPolicyReachesEveryKnotOfAMovingGait) {
 TEST_F(TranscriptionTest, RegularizationGoesToTheDiagonal) {
   Prepared made(load("RigidBody"), Form::Reduced, 1);
   const Eigen::MatrixXd before = made.transcription.qp().stages[1].hessian.dense();
-  made.transcription.regularize(0.25);
+  made.transcription.regularize(0.25, made.scale);
   const Eigen::MatrixXd change = made.transcription.qp().stages[1].hessian.dense() - before;
   EXPECT_LE((change - 0.25 * Eigen::MatrixXd::Identity(change.rows(), change.cols())).norm(),
             1e-12);

@@ -68,12 +68,18 @@ def test_full_steps_are_no_events():
 
 
 def test_every_rung_has_its_kind_and_reason():
-    plan = fake_plan("damped", "regularized", "rejected", is_usable=False, message="stalled here")
-    kinds = [EventKind.DAMPED_STEP, EventKind.REGULARIZED_STEP, EventKind.KEPT_PLAN]
+    steps = "damped", "regularized", "restored", "rejected"
+    plan = fake_plan(*steps, is_usable=False, message="stalled here")
+    kinds = [
+        EventKind.DAMPED_STEP,
+        EventKind.REGULARIZED_STEP,
+        EventKind.RESTORED_STEP,
+        EventKind.KEPT_PLAN,
+    ]
     events = plan_events(plan, 0.3)
     assert [event.kind for event in events] == kinds
     assert events[0].reason == "iteration 1: step length 0.25"
-    assert events[2] == Event(0.3, EventKind.KEPT_PLAN, "stalled here")
+    assert events[3] == Event(0.3, EventKind.KEPT_PLAN, "stalled here")
 
 
 def test_a_solve_that_did_not_start_keeps_the_plan():

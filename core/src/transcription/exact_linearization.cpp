@@ -17,13 +17,14 @@ Linearization::ExactBuffers::ExactBuffers(const LoweredProblem& problem, const E
 
 void Linearization::use_exact_hessians(const TranscriptionInputs& inputs,
                                        const RowMatrix& trajectory,
-                                       const StageQpSolution& multipliers, KnotFunctions& functions,
-                                       StageStore& stages) {
+                                       const StageQpSolution& multipliers, bool convexify,
+                                       KnotFunctions& functions, StageStore& stages) {
   functions.pool().parallel_for(model_.horizon() + 1, [&](int thread, int knot) {
     const KnotShape& shape = stages.shape(knot);
     QpStage& stage = stages.stage(knot);
     set_multipliers(knot, multipliers, shape, stage);
     evaluate_exact_hessian(knot, inputs, trajectory, shape, stage, functions.workspace(thread));
+    if (convexify) exact_buffers_[size_of(knot)].mirror.apply(stage.hessian);
   });
 }
 
@@ -89,7 +90,6 @@ void Linearization::evaluate_exact_hessian(int knot, const TranscriptionInputs& 
 
   SparseBlock& hessian = stage.hessian;
   shape.exact_hessian.write(buffers.hessian.data(), slopes_[k].data(), hessian.values.data());
-  buffers.mirror.apply(hessian);
 }
 
 }  // namespace palanquin

@@ -19,8 +19,8 @@ class Linearization {
                 KnotFunctions& functions, StageStore& stages);
   /// Replaces the Hessians by exact ones, see TranscriptionWorkspace::use_exact_hessians.
   void use_exact_hessians(const TranscriptionInputs& inputs, const RowMatrix& trajectory,
-                          const StageQpSolution& multipliers, KnotFunctions& functions,
-                          StageStore& stages);
+                          const StageQpSolution& multipliers, bool convexify,
+                          KnotFunctions& functions, StageStore& stages);
   /// Moves charted blocks of a knot onto their surfaces.
   void embed(const TranscriptionInputs& inputs, const KnotShape& shape, int knot,
              RowMatrix& trajectory, FunctionWorkspace& w);

@@ -148,15 +148,19 @@ void TranscriptionWorkspace::update_initial_state(const RowMatrix& trajectory) {
 }
 
 void TranscriptionWorkspace::use_exact_hessians(const RowMatrix& trajectory,
-                                                const StageQpSolution& multipliers) {
-  parts_->linearization.use_exact_hessians(inputs_, trajectory, multipliers, parts_->functions,
-                                           parts_->stages);
+                                                const StageQpSolution& multipliers,
+                                                bool convexify) {
+  parts_->linearization.use_exact_hessians(inputs_, trajectory, multipliers, convexify,
+                                           parts_->functions, parts_->stages);
 }
 
-void TranscriptionWorkspace::regularize(double weight) {
-  for (QpStage& stage : parts_->stages.qp().stages)
-    for (int j = 0; j < stage.hessian.cols; ++j)  // the diagonal leads its column
-      stage.hessian.values[size_of(stage.hessian.column_start[size_of(j)])] += weight;
+void TranscriptionWorkspace::regularize(double weight, const std::vector<Eigen::VectorXd>& scale) {
+  std::vector<QpStage>& stages = parts_->stages.qp().stages;
+  for (std::size_t k = 0; k < stages.size(); ++k) {
+    SparseBlock& hessian = stages[k].hessian;
+    for (int j = 0; j < hessian.cols; ++j)  // the diagonal leads its column
+      hessian.values[size_of(hessian.column_start[size_of(j)])] += weight * scale[k][j];
+  }
 }
 
 Evaluation TranscriptionWorkspace::evaluate(const RowMatrix& trajectory) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace palanquin {
 
@@ -36,6 +38,23 @@ struct Merit {
 /// the predicted change of phi for a full step (negative: decrease).
 bool is_step_acceptable(const LineSearchSettings& settings, const Merit& current,
                         const Merit& trial, double alpha, double directional_cost);
+
+/// The points that a line search may not come back to (Waechter and Biegler 2006): a trial has to
+/// beat the residuals or the cost of each of them. Steps that lower the cost of a feasible point
+/// need no entry.
+class Filter {
+ public:
+  void reset() { entries_.clear(); }
+  void reserve(std::size_t count) { entries_.reserve(count); }
+  void add(const Merit& merit) { entries_.push_back(merit); }
+  bool accepts(const LineSearchSettings& settings, const Merit& trial) const;
+
+ private:
+  std::vector<Merit> entries_;
+};
+
+/// Whether both points count as feasible, so that the cost alone decides between them.
+bool are_feasible(const LineSearchSettings& settings, const Merit& current, const Merit& trial);
 
 /// Whether a real-time step from `current` to `trial` blew up: its values are not finite, its cost
 /// lies above `divergence` times the largest of |phi|, |modelled_cost| (what the QP expected of the

@@ -8,11 +8,12 @@
 
 namespace palanquin {
 
-/// How the step of one iteration was found.
+/// How the step of one iteration was found; the rungs of the ladder, from good to bad.
 enum class StepKind {
   Full,
-  Damped,       ///< shortened by the filter
-  Regularized,  ///< of a QP with a proximal term, after the plain one failed
+  Damped,       ///< shortened by the filter, or in a real-time step because it blew up
+  Regularized,  ///< of a QP with Levenberg-Marquardt damping
+  Restored,     ///< towards the rows instead of the optimum, since the QP had no solution
   Rejected,     ///< none acceptable: the iterate was kept
 };
 std::string_view to_string(StepKind kind);
@@ -29,14 +30,19 @@ struct PhaseTimes {
 
 /// What one iteration did; printing, histories and plots all read this record.
 struct IterationRecord {
-  double cost = Evaluation::kNaN;          ///< after the step, without penalties
-  double penalty = Evaluation::kNaN;       ///< after the step
-  double equality_max = Evaluation::kNaN;  ///< after the step
-  double predicted = Evaluation::kNaN;     ///< change of cost and penalty that the QP predicted
-  double step_length = 0.0;                ///< in (0, 1]; 0 when the iterate was kept
+  double cost = Evaluation::kNaN;            ///< after the step, without penalties
+  double penalty = Evaluation::kNaN;         ///< after the step
+  double equality_max = Evaluation::kNaN;    ///< after the step
+  double inequality_max = Evaluation::kNaN;  ///< after the step
+  double predicted = Evaluation::kNaN;       ///< change of cost and penalty that the QP predicted
+  double step_length = 0.0;                  ///< in (0, 1]; 0 when the iterate was kept
   StepKind step = StepKind::Rejected;
+  double damping = 0.0;        ///< Levenberg-Marquardt weight of the QP, see Damping
+  bool convexified = false;    ///< the exact Hessians had the wrong curvature and were mirrored
   bool refused_cycle = false;  ///< the full step led back to where the iteration was before
   int inner_iterations = 0;    ///< QP solves of the penalty subproblem
+  /// Of the Lagrangian's gradient before the step, relative; NaN where it was not looked at.
+  double stationarity = Evaluation::kNaN;
   QpStatus qp_status = QpStatus::NotSolved;
   PhaseTimes times;
 };

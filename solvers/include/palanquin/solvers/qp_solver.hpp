@@ -26,6 +26,8 @@ struct QpCapabilities {
   bool link_rows = false;    ///< where not, the transcription folds them into rows of one knot
   bool starts_warm = false;  ///< from the point that `solution` holds on entry
   bool stops_early = false;  ///< at a tolerance far above rounding, as first-order methods do
+  /// Takes Hessians that are indefinite but positive definite along the rows, and refuses others.
+  bool tells_inertia = false;
 };
 
 /// A back end for the StageQp whose penalties have been replaced by a PenaltyModel.

@@ -42,7 +42,7 @@ class StructuredQpSolver final : public QpSolver {
   StructuredQpSolver& operator=(StructuredQpSolver&&) noexcept;
 
   std::string_view name() const override { return "structured"; }
-  QpCapabilities capabilities() const override { return {}; }
+  QpCapabilities capabilities() const override { return {.tells_inertia = true}; }
 
   /// factorize, then feedback from qp.initial_state.
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override;

@@ -1,47 +1,23 @@
 #pragma once
 
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "palanquin/core/transcription/workspace.hpp"
+#include "palanquin/solvers/damping.hpp"
 #include "palanquin/solvers/filter.hpp"
 #include "palanquin/solvers/iteration_record.hpp"
+#include "palanquin/solvers/kkt_error.hpp"
 #include "palanquin/solvers/penalty_subproblem.hpp"
 #include "palanquin/solvers/plan.hpp"
-#include "palanquin/solvers/qp_settings.hpp"
+#include "palanquin/solvers/restoration.hpp"
 #include "palanquin/solvers/single_user.hpp"
+#include "palanquin/solvers/sqp_settings.hpp"
 #include "palanquin/solvers/status.hpp"
+#include "palanquin/solvers/unboundedness.hpp"
 
 namespace palanquin {
-
-/// Which second derivatives the QP has.
-enum class HessianKind {
-  GaussNewton,  ///< 2 J'WJ of the residuals; positive semidefinite without further ado
-  Exact,        ///< of the stages' Lagrangians, see TranscriptionWorkspace::use_exact_hessians
-};
-
-/// Settings of the SQP method.
-struct SqpSettings {
-  std::string qp = "structured";  ///< QP back end, one of qp_solver_names()
-  Form form = Form::Reduced;
-  HessianKind hessian = HessianKind::GaussNewton;
-  int threads = 1;                   ///< for evaluating and linearising knots
-  int max_iterations = 50;           ///< 1: real-time iteration
-  double cost_tolerance = 1e-9;      ///< predicted decrease relative to the cost (or to 1)
-  double equality_tolerance = 1e-8;  ///< largest equality residual of a converged point
-  double regularization = 1e-4;      ///< proximal weight of the second attempt at a failed step
-  double usable_violation = 1.0;     ///< largest residual of an equality or hard row, in its own
-                                     ///< unit, of a plan that may be executed (Plan::is_usable)
-  bool globalize = true;             ///< false: full steps, checked for finiteness only
-  LineSearchSettings line_search;
-  PenaltySubproblemSettings subproblem;
-  QpSettings qp_settings;
-
-  /// An empty string, or a sentence that names field, value and rule.
-  std::string explain_invalid() const;
-};
 
 /// Sequential quadratic programming with penalties for the inequalities (De Vincenti and Coros,
 /// section IV-A, after Grandia et al. 2022), on a lowered problem over N intervals.
@@ -53,7 +29,12 @@ struct SqpSettings {
 ///      `subproblem.max_inner_iterations` = 1 each penalty is its expansion at the iterate, as in
 ///      the paper;
 ///   3. step in the tangent space, shortened until the filter accepts; if no length is accepted, or
-///      the QP failed, once more with a proximal term, and then the iterate is kept.
+///      the Hessian did not factorise, 2 and 3 again with more Levenberg-Marquardt damping;
+///   4. if the QP has no solution, or no step is of use at a point that violates rows, step towards
+///      the rows instead (Restoration); if no such step exists either, the problem is infeasible;
+///   5. converged when the predicted decrease is small, the residuals hold and the Lagrangian's
+///      gradient vanishes, whatever kind the last step was of.
+/// docs/algorithms.md derives them.
 ///
 /// With `max_iterations` = 1 and a shifted warm start it is the real-time iteration of the paper;
 /// so is a `prepare` with its `feedback`. Its plan starts at the measurement whatever happens, and
@@ -136,15 +117,31 @@ class Sqp {
   Plan make_plan() const;
   bool start(MatrixView parameters, VectorView measured, MatrixView guess);
   bool linearize(IterationRecord& record);
+  void use_exact_hessians(IterationRecord& record, bool convexify);
+  void add_damping();
   void take_step(IterationRecord& record, bool is_prepared);
-  bool try_step(IterationRecord& record, double regularization, bool is_prepared);
-  void keep_iterate(IterationRecord& record);
+  bool find_step(IterationRecord& record, bool is_prepared);
+  bool solve_qp(IterationRecord& record, bool is_prepared);
+  bool damp_more(IterationRecord& record);
   bool search_step(IterationRecord& record);
-  bool is_acceptable(double alpha, IterationRecord& record) const;
-  std::string describe_contradiction();
-  std::string describe_worst_rows(const RowMatrix& trajectory) const;
+  void try_length(double alpha);
+  bool is_acceptable(double alpha, IterationRecord& record);
   bool is_cycle(const Merit& trial) const;
-  bool is_converged(const IterationRecord& record) const;
+  void accept(double alpha, StepKind kind, IterationRecord& record);
+  bool restore(IterationRecord& record);
+  bool dynamics_hold() const;
+  bool finish_infeasible();
+  bool search_restoration(IterationRecord& record);
+  void keep_iterate(IterationRecord& record);
+  void close(IterationRecord& record);
+  void update_damping(const IterationRecord& record);
+  double decrease_ratio(const IterationRecord& record) const;
+  bool is_converged(IterationRecord& record);
+  bool is_unbounded();
+  bool is_feasible(const Evaluation& evaluation) const;
+  void finish_converged(const IterationRecord& record);
+  void finish_at_limit();
+  std::string describe_worst_rows(const RowMatrix& trajectory) const;
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
@@ -153,13 +150,23 @@ class Sqp {
   std::shared_ptr<const RowPolicies> policies_;  ///< of the next solve
   std::unique_ptr<QpSolver> qp_solver_;
   PenaltySubproblem subproblem_;
+  Filter filter_;
+  Damping damping_;
+  Restoration restoration_;
+  UnboundednessTest unboundedness_;
+  KktErrorEvaluator kkt_;
   StageQpSolution solution_;
   RowMatrix iterate_, trial_;
   Evaluation evaluation_, trial_evaluation_;
+  Evaluation before_;  ///< of the iterate before the last accepted step
   Status status_ = Status::NotSolved;
   std::string message_;
   std::vector<IterationRecord> history_;
   double start_cost_ = Evaluation::kNaN;  ///< of the iterate that was linearised last
+  double start_infeasibility_ = 0.0;
+  double restored_below_ =
+      0.0;  ///< residuals at which the restoration ends; infinite: there is none
+  double added_damping_ = 0.0;  ///< to the Hessians of that linearisation
   IterationRecord prepared_;
   bool is_prepared_ = false;
   bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's

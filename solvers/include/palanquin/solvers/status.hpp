@@ -9,14 +9,17 @@ namespace palanquin {
 /// Why a solve stopped.
 enum class Status {
   NotSolved,
-  Converged,       ///< steps, cost and residuals are within their tolerances
+  Converged,       ///< a point that satisfies the conditions of a minimum within the tolerances
   IterationLimit,  ///< as many iterations as asked for, all of them fine: the normal end of a
                    ///< real-time iteration
   Stalled,         ///< no acceptable step from a feasible point
+  Saddle,          ///< stationary and feasible, but no minimum: the curvature is negative
+  Unfinished,      ///< residuals are too large to execute, without proof that they must be
   Diverged,        ///< a real-time step blew up, however short it was: the guess was kept
-  Infeasible,      ///< rows contradict each other, or residuals that no step reduces
+  Unbounded,       ///< the cost falls without end
+  Infeasible,      ///< the rows' violation is stationary: no step brings them closer
   QpFailed,        ///< the QP back end found no usable point
-  NonFinite,       ///< a function gave NaN or infinity at the start
+  NonFinite,       ///< a function gave NaN or infinity
 };
 
 std::string_view to_string(Status status);
@@ -24,7 +27,8 @@ std::string_view to_string(Status status);
 /// Whether the solve ended in a way that may leave a plan to execute; whether it did, its residuals
 /// say.
 inline bool is_usable(Status s) {
-  return s == Status::Converged || s == Status::IterationLimit || s == Status::Stalled;
+  return s == Status::Converged || s == Status::IterationLimit || s == Status::Stalled ||
+         s == Status::Saddle;
 }
 
 /// Whether the iterate may be executed as a plan: the solve ended well, everything is finite, and

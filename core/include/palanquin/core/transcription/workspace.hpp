@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "palanquin/core/stage_qp.hpp"
 #include "palanquin/core/transcription/evaluation.hpp"
@@ -61,13 +62,15 @@ class TranscriptionWorkspace {
   void update_initial_state(const RowMatrix& trajectory);
 
   /// Replaces the Hessians that linearize() made at `trajectory` by those of the stages'
-  /// Lagrangians with the given multipliers, penalties' slopes included, each made positive
-  /// semidefinite by CurvatureMirror. Curvature of link rows is left out. Call it on the heels of
-  /// linearize(), with a model that has exact functions.
-  void use_exact_hessians(const RowMatrix& trajectory, const StageQpSolution& multipliers);
+  /// Lagrangians with the given multipliers, penalties' slopes included; with `convexify` each is
+  /// made positive semidefinite by CurvatureMirror. Curvature of link rows is left out. Call it on
+  /// the heels of linearize(), with a model that has exact functions.
+  void use_exact_hessians(const RowMatrix& trajectory, const StageQpSolution& multipliers,
+                          bool convexify);
 
-  /// Adds `weight` to every diagonal entry of the QP's Hessians, until the next linearize().
-  void regularize(double weight);
+  /// Adds weight * scale [N + 1][nw_k] to the diagonals of the QP's Hessians, until the next
+  /// linearize().
+  void regularize(double weight, const std::vector<Eigen::VectorXd>& scale);
 
   Evaluation evaluate(const RowMatrix& trajectory);
   /// As evaluate(), of the trajectory that linearize() or evaluate() has just seen.

@@ -1,0 +1,116 @@
+// What an Sqp tells of its last solve beside the plan.
+
+#include <limits>
+#include <stdexcept>
+
+#include "palanquin/core/diagnosis/violations.hpp"
+#include "palanquin/solvers/sqp.hpp"
+
+namespace palanquin {
+
+Eigen::MatrixXd Sqp::feedback_gain() const {
+  const auto use = user_.read("feedback_gain");
+  const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
+  if (gain.size() == 0) return {};
+  const ColumnMap& columns = transcription_.shape(0).columns;
+  Eigen::MatrixXd expanded(transcription_.problem().ndz(), gain.cols());
+  Eigen::VectorXd w = Eigen::VectorXd::Zero(columns.nw());
+  for (Eigen::Index j = 0; j < gain.cols(); ++j) {
+    w.segment(columns.nx, columns.nu) = gain.col(j);
+    columns.expand(w.data(), transcription_.slopes(0), expanded.col(j).data());
+  }
+  return expanded;
+}
+
+RowMatrix Sqp::dynamics_multipliers() const {
+  const auto use = user_.read("dynamics_multipliers");
+  if (is_prepared_)
+    throw std::logic_error("dynamics_multipliers: the prepared QP waits for its feedback");
+  const int horizon = transcription_.horizon();
+  const Eigen::Index size = transcription_.problem().ndx();
+  RowMatrix rows = RowMatrix::Zero(horizon, size);
+  if (solution_.dynamics_multiplier.empty()) return rows;
+  StageQpSolution solution = solution_;
+  qp_solver_->find_dynamics_multipliers(solution);
+  for (int k = 0; k < horizon; ++k) {
+    const Eigen::VectorXd& row = solution.dynamics_multiplier[k + 1];
+    if (row.size() != size)
+      throw std::logic_error("dynamics_multipliers: knot " + std::to_string(k + 1) +
+                             " carries blocks over, whose multipliers have no row here");
+    rows.row(k) = row;
+  }
+  return rows;
+}
+
+double Sqp::model_cost() const {
+  const auto use = user_.read("model_cost");
+  return history_.empty() ? std::numeric_limits<double>::quiet_NaN()
+                          : start_cost_ + history_.back().predicted;
+}
+
+std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
+  return palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(),
+                                        trajectory);
+}
+
+Status Sqp::status() const {
+  const auto use = user_.read("status");
+  return status_;
+}
+
+bool Sqp::has_usable_plan() const {
+  const auto use = user_.read("has_usable_plan");
+  return is_usable(status_, evaluation_, settings_.usable_violation);
+}
+
+const std::string& Sqp::message() const {
+  const auto use = user_.read("message");
+  return message_;
+}
+
+const RowMatrix& Sqp::trajectory() const {
+  const auto use = user_.read("trajectory");
+  return iterate_;
+}
+
+const Evaluation& Sqp::evaluation() const {
+  const auto use = user_.read("evaluation");
+  return evaluation_;
+}
+
+const std::vector<IterationRecord>& Sqp::history() const {
+  const auto use = user_.read("history");
+  return history_;
+}
+
+double Sqp::feedback_ms() const {
+  const auto use = user_.read("feedback_ms");
+  return feedback_ms_;
+}
+
+PhaseTimes Sqp::times() const {
+  const auto use = user_.read("times");
+  return sum_of(history_);
+}
+
+Plan Sqp::plan() const {
+  const auto use = user_.read("plan");
+  return make_plan();
+}
+
+Plan Sqp::make_plan() const {
+  Plan plan(transcription_.shared_model());
+  plan.inputs = transcription_.inputs();
+  plan.trajectory = iterate_;
+  plan.status = status_;
+  plan.message = message_;
+  plan.evaluation = evaluation_;
+  plan.usable_violation = settings_.usable_violation;
+  plan.history = history_;
+  plan.iterations = static_cast<int>(history_.size());
+  plan.times = sum_of(history_);
+  plan.feedback_ms = feedback_ms_;
+  return plan;
+}
+
+}  // namespace palanquin
