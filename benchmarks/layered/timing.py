@@ -25,7 +25,7 @@ PAPER_MS = {"centralized": 1.38, "distributed": 0.41}
 PEERS = ("piqp", "osqp", "proxqp", "daqp")
 
 # Accuracy that is asked of OSQP inside the loop; the others have their defaults.
-_LOOP_OPTIONS: dict[str, dict[str, Any]] = {"multipliers": {}, "osqp": {}}
+_LOOP_OPTIONS: dict[str, dict[str, Any]] = {"structured": {}, "osqp": {}}
 
 
 @dataclass
@@ -76,7 +76,7 @@ def busy_walk(duration: float) -> Walk:
     return Walk(duration, payload=Payload(5.0), pushes=sinusoid(40.0))
 
 
-def measure_planners(samples: int, solvers: tuple[str, ...] = ("multipliers",)) -> Iterator[Row]:
+def measure_planners(samples: int, solvers: tuple[str, ...] = ("structured",)) -> Iterator[Row]:
     """Every planner in closed loop, as it runs."""
     team = Team()
     for name, make in PLANNERS.items():
@@ -162,7 +162,7 @@ def _instance(mpc: LinearMpc) -> Instance:
     upper -= whole[:, :known] @ qp.initial_state
     A = ca.vertcat(flat.A, ca.sparsify(ca.DM(whole[:, known:])))
     solution = _core.StageQpSolution(qp)
-    _core.make_qp_solver("multipliers").solve(qp, model, solution)
+    _core.make_qp_solver("structured").solve(qp, model, solution)
     x = np.concatenate(solution.w)[known:]
     lower = np.concatenate([flat.b, np.full(len(upper), -np.inf)])
     return Instance(flat.H, flat.g, A, lower, np.concatenate([flat.b, upper]), flat.cost(x))

@@ -26,7 +26,7 @@ class CentralizedPlanner(Planner):
         self,
         team: Team | None = None,
         settings: LayeredSettings = WORKING,
-        qp: str = "multipliers",
+        qp: str = "structured",
         **options: object,
     ) -> None:
         super().__init__(team, settings)
@@ -103,7 +103,7 @@ class NominalPlanner(CentralizedPlanner):
         self,
         team: Team | None = None,
         settings: LayeredSettings = WORKING,
-        qp: str = "multipliers",
+        qp: str = "structured",
         **options: object,
     ) -> None:
         super().__init__(replace(team or Team(), bars=()), settings, qp, **options)

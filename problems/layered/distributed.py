@@ -184,7 +184,7 @@ class DistributedPlanner(Planner):
         self,
         team: Team | None = None,
         settings: LayeredSettings = WORKING,
-        qp: str = "multipliers",
+        qp: str = "structured",
         links: Mapping[tuple[int, int], LinkSettings] | None = None,
         **options: object,
     ) -> None:

@@ -31,7 +31,7 @@ class LinearMpc:
         columns: where a block stands in a row of `guess`.
     """
 
-    def __init__(self, problem: Problem, qp: str = "multipliers", **options: Any) -> None:
+    def __init__(self, problem: Problem, qp: str = "structured", **options: Any) -> None:
         self.lowered = problem.lower()
         self.params = self.lowered.parameters()
         options = {"max_iterations": 1, "globalize": False, **options}

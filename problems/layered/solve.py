@@ -65,7 +65,7 @@ def solve_layered_case(case: LayeredCase, qp: str | None = None) -> LayeredResul
         ValueError: `qp` is unknown or does not take hard rows.
     """
     team, settings = case.team(), case.par.settings()
-    back_end = qp or "multipliers"
+    back_end = qp or "structured"
     planners: dict[str, Planner] = {
         "centralized": CentralizedPlanner(team, settings, back_end),
         "nominal": NominalPlanner(team, settings, back_end),

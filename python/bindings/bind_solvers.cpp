@@ -80,6 +80,7 @@ void bind_settings(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("stiffness", &MultipliersSettings::stiffness)
       .def_rw("tolerance", &MultipliersSettings::tolerance)
+      .def_rw("fast_iterations", &MultipliersSettings::fast_iterations)
       .def_rw("max_iterations", &MultipliersSettings::max_iterations);
   nb::enum_<KernelLevel>(m, "KernelLevel", "Processor level that the kernels are built for.")
       .value("AUTOMATIC", KernelLevel::Automatic)

@@ -93,7 +93,7 @@ class RelaxedBarrier(Policy):
 
 @dataclass(frozen=True)
 class Hard(Policy):
-    """The row stays a constraint, for a back end that takes inequalities (multipliers, OSQP)."""
+    """The row stays a constraint, for a back end that takes inequalities (structured, OSQP)."""
 
     kind: ClassVar[int] = 0
     word: ClassVar[str] = "hard"

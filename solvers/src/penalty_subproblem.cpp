@@ -84,7 +84,10 @@ PenaltySubproblemResult PenaltySubproblem::run(const StageQp& qp, QpSolver& solv
   PenaltySubproblemResult result;
   while (!result.converged && result.iterations < settings_.max_inner_iterations) {
     // (1) The minimiser of the QP with the penalties' quadratics.
-    if (solver.capabilities().starts_warm) candidate_ = solution;
+    if (solver.capabilities().starts_warm)
+      candidate_ = solution;
+    else if (solver.capabilities().warm_multipliers)
+      candidate_.inequality_multiplier = solution.inequality_multiplier;
     candidate_.resize(qp);
     const QpStatus status = result.iterations > 0 ? solver.resolve(qp, model_, candidate_)
                             : is_prepared         ? solver.finish(qp, model_, candidate_)

@@ -3,9 +3,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "palanquin/solvers/qp_structured.hpp"
+#include "hard_rows/qp_hard_rows.hpp"
 #include "qp_ldl.hpp"
-#include "qp_multipliers.hpp"
 #include "qp_osqp.hpp"
 
 namespace palanquin {
@@ -18,13 +17,9 @@ struct BackEnd {
 
 constexpr BackEnd kBackEnds[] = {
     {"structured",
-     [](const QpSettings& s) -> std::unique_ptr<QpSolver> {
-       return std::make_unique<StructuredQpSolver>(s.structured);
-     }},
+     [](const QpSettings& s) { return make_structured_qp_solver(s.multipliers, s.structured); }},
     {"ldl", [](const QpSettings& s) { return make_ldl_qp_solver(s.ldl); }},
     {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
-    {"multipliers",
-     [](const QpSettings& s) { return make_multipliers_qp_solver(s.multipliers, s.structured); }},
 };
 
 }  // namespace
@@ -38,6 +33,8 @@ std::vector<std::string_view> qp_solver_names() {
 std::unique_ptr<QpSolver> make_qp_solver(std::string_view name, const QpSettings& settings) {
   if (const std::string sentence = settings.explain_invalid(); !sentence.empty())
     throw std::invalid_argument(sentence);
+  if (name == "multipliers")
+    name = "structured";  // what the structured solver once needed for them
   std::string known;
   for (const BackEnd& back_end : kBackEnds) {
     if (back_end.name == name) return back_end.make(settings);

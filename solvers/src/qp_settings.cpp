@@ -33,6 +33,7 @@ std::string MultipliersSettings::explain_invalid() const {
   return SettingRules("multipliers.")
       .positive("stiffness", stiffness)
       .positive("tolerance", tolerance)
+      .at_least("fast_iterations", fast_iterations, 1)
       .at_least("max_iterations", max_iterations, 1)
       .sentence();
 }

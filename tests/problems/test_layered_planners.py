@@ -40,7 +40,7 @@ def instant():
 @pytest.mark.parametrize(
     ("planner", "name"), [(CentralizedPlanner, "centralized"), (NominalPlanner, "nominal")]
 )
-@pytest.mark.parametrize("qp", ["multipliers", "osqp"])
+@pytest.mark.parametrize("qp", ["structured", "osqp"])
 def test_optimum_of_the_case(planner, name, qp):
     options = {
         "qp_settings": {

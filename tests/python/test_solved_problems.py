@@ -15,7 +15,6 @@ from palanquin.plan import SQP_PHASES
 TOLERANCES = {
     "structured": (1e-8, 2e-4, 1e-5),
     "ldl": (1e-8, 2e-4, 1e-5),
-    "multipliers": (1e-8, 2e-4, 1e-5),
     "osqp": (1e-7, 5e-4, 1e-5),
     "ipopt": (0.0, 0.0, 1e-6),
 }
@@ -31,7 +30,7 @@ def solve(lowered, inputs, solver, form="reduced", **options):
 
 def takes(solver, problem):
     """Whether a back end takes the problem's rows."""
-    return not (solver in ("ldl", "structured") and problem.has_hard_rows)
+    return not (solver == "ldl" and problem.has_hard_rows)
 
 
 CASES = [

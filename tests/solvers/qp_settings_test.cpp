@@ -38,6 +38,7 @@ TEST(QpSettings, NamesTheFieldTheValueAndTheRule) {
       {"osqp.polish_refinements", [](auto& s) { s.osqp.polish_refinements = -7; }},
       {"multipliers.stiffness", [](auto& s) { s.multipliers.stiffness = -7; }},
       {"multipliers.tolerance", [](auto& s) { s.multipliers.tolerance = -7; }},
+      {"multipliers.fast_iterations", [](auto& s) { s.multipliers.fast_iterations = -7; }},
       {"multipliers.max_iterations", [](auto& s) { s.multipliers.max_iterations = -7; }},
   };
   for (const BadSetting& bad : bad_settings) {

@@ -37,7 +37,7 @@ def holonomic(
         check_writable("--json", json_file)
         rows: list[Row] = []
         with err.status("measuring") as status:
-            for row in measure_planners(samples, ("multipliers",)):
+            for row in measure_planners(samples, ("structured",)):
                 rows.append(row)
                 status.update(f"{row.planner}, {row.solver}")
             rows += measure_planners(min(samples, 100), ("osqp",))

@@ -37,12 +37,14 @@ struct OsqpSettings {
   std::string explain_invalid() const;
 };
 
-/// Settings of the back end "multipliers": hard rows by the method of multipliers around the
-/// structured solver, whose own settings are StructuredQpSettings.
+/// Settings of the back end "structured" for QPs with hard rows. The recursion's own settings are
+/// StructuredQpSettings.
 struct MultipliersSettings {
   double stiffness = 1e4;   ///< rho of a row, times the curvature of the variables that it is over
   double tolerance = 1e-8;  ///< on hard rows, in their unit
-  int max_iterations = 60;  ///< Riccati recursions
+  int fast_iterations =
+      30;  ///< recursions from the warm start before the interior point takes over
+  int max_iterations = 300;  ///< Riccati recursions in all
 
   std::string explain_invalid() const;
 };

@@ -23,9 +23,10 @@ inline bool is_usable(QpStatus s) { return s == QpStatus::Solved || s == QpStatu
 /// What kinds of rows a back end takes, and how well it solves.
 struct QpCapabilities {
   bool inequality_rows = false;
-  bool link_rows = false;    ///< where not, the transcription folds them into rows of one knot
-  bool starts_warm = false;  ///< from the point that `solution` holds on entry
-  bool stops_early = false;  ///< at a tolerance far above rounding, as first-order methods do
+  bool link_rows = false;         ///< where not, the transcription folds them into rows of one knot
+  bool starts_warm = false;       ///< from the point that `solution` holds on entry
+  bool warm_multipliers = false;  ///< from the hard rows' multipliers in it alone
+  bool stops_early = false;       ///< at a tolerance far above rounding, as first-order methods do
   /// Takes Hessians that are indefinite but positive definite along the rows, and refuses others.
   bool tells_inertia = false;
 };
@@ -77,6 +78,9 @@ class QpSolver {
   /// After PrimalInfeasible, a point that violates the contradicting rows least, if the back end
   /// has one; null otherwise. Valid until the next solve.
   virtual const StageQpSolution* least_violation() const { return nullptr; }
+
+  /// Factorisations of the last solve, where the back end counts them; 0 otherwise.
+  virtual int recursions() const { return 0; }
 
   /// Milliseconds of the last solve: value update with (re)factorisation, and the rest.
   double update_ms() const { return update_ms_; }

@@ -24,7 +24,9 @@ struct Workspace;
 /// docs/structured-solver.md derives it. Work is linear in the horizon.
 ///
 /// Equality rows enter (3) as stiff quadratic rows and are then made exact by refining with the
-/// same factors (a proximal method of multipliers). Hard inequalities and link rows are not taken.
+/// same factors (a proximal method of multipliers). Hard inequalities and link rows are not taken
+/// here; the back end "structured" puts two methods for hard rows around this class
+/// (docs/hard-rows.md).
 ///
 /// For real-time iterations `factorize` does all that can be done before the initial state is
 /// known, `feedback` the rest. Nothing allocates once a pattern of these sizes has been analysed.

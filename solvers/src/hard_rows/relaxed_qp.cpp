@@ -1,0 +1,187 @@
+#include "hard_rows/relaxed_qp.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palanquin {
+namespace {
+
+/// Rows over variables without cost get at least this share of the cost's largest curvature.
+constexpr double kFlat = 1e-3;
+
+/// Appends column `j` of `block`, its rows moved down by `shift`.
+void append_column(const SparseBlock& block, int j, int shift, SparseBlock& target) {
+  if (j >= block.cols) return;  // a block without rows may have no columns either
+  for (int e = block.column_start[j]; e < block.column_start[j + 1]; ++e)
+    target.push(shift + block.row_index[e], block.values[e]);
+}
+
+/// Entry (j, j) of a lower triangle, its rows ascending.
+double diagonal(const SparseBlock& lower, int j) {
+  const int e = lower.column_start[j];
+  return e < lower.column_start[j + 1] && lower.row_index[e] == j ? lower.values[e] : 0.0;
+}
+
+}  // namespace
+
+/// Calls visit(k, first row over all knots, number of rows) for every knot.
+template <typename Visit>
+void RelaxedQp::for_each_knot(Visit&& visit) const {
+  Eigen::Index first = 0;
+  for (std::size_t k = 0; k < original_->stages.size(); ++k) {
+    const Eigen::Index rows = original_->stages[k].inequality_value.size();
+    visit(k, first, rows);
+    first += rows;
+  }
+}
+
+void RelaxedQp::take(const StageQp& qp, const PenaltyModel& model) {
+  original_ = &qp;
+  relaxed_.stages.resize(qp.stages.size());
+  relaxed_.initial_state = qp.initial_state;
+  relaxed_.structure_revision = qp.structure_revision;
+  Eigen::Index rows = 0;
+  double largest = 0.0;
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    append_rows(qp.stages[k], relaxed_.stages[k]);
+    rows += qp.stages[k].inequality_value.size();
+    for (int j = 0; j < qp.stages[k].hessian.cols; ++j)
+      largest = std::max(largest, diagonal(qp.stages[k].hessian, j));
+  }
+  Eigen::Index longest = 0, most_rows = 0;
+  for (const QpStage& stage : relaxed_.stages) {
+    longest = std::max<Eigen::Index>(longest, stage.nw());
+    most_rows = std::max(most_rows, stage.penalty_value.size());
+  }
+  product_.resize(longest);
+  row_product_.resize(most_rows);
+  norm_.resize(rows);
+  stiffness_.resize(rows);
+  stiffness_.setConstant(largest > 0.0 ? kFlat * largest : 1.0);
+  model_.resize(relaxed_);
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index) {
+    const Eigen::Index penalties = model.slope[k].size();
+    model_.slope[k].head(penalties) = model.slope[k];
+    model_.curvature[k].head(penalties) = model.curvature[k];
+    measure_rows(qp.stages[k], first);
+  });
+}
+
+/// Copies all but the hard rows, which follow the penalised ones. Field by field: an assignment of
+/// the whole would free and allocate what then changes its size.
+void RelaxedQp::append_rows(const QpStage& stage, QpStage& relaxed) {
+  relaxed.nx = stage.nx;
+  relaxed.nu = stage.nu;
+  relaxed.nl = stage.nl;
+  relaxed.pattern = -1;  // that of the original has fewer penalised rows
+  for (SparseBlock QpStage::* block :
+       {&QpStage::dynamics, &QpStage::implicit, &QpStage::hessian, &QpStage::equality_jacobian,
+        &QpStage::link_previous, &QpStage::link_jacobian})
+    relaxed.*block = stage.*block;
+  for (Eigen::VectorXd QpStage::* vector :
+       {&QpStage::offset, &QpStage::gradient, &QpStage::equality_value, &QpStage::link_value})
+    relaxed.*vector = stage.*vector;
+
+  const int penalties = stage.penalty_jacobian.rows;
+  SparseBlock& jacobian = relaxed.penalty_jacobian;
+  jacobian.begin(penalties + stage.inequality_jacobian.rows);
+  for (int j = 0; j < stage.nw(); ++j) {
+    append_column(stage.penalty_jacobian, j, 0, jacobian);
+    append_column(stage.inequality_jacobian, j, penalties, jacobian);
+    jacobian.end_column();
+  }
+  relaxed.penalty_value.resize(jacobian.rows);
+  relaxed.penalty_value << stage.penalty_value, stage.inequality_value;
+  relaxed.penalty_policy = stage.penalty_policy;
+  relaxed.penalty_policy.resize(static_cast<std::size_t>(jacobian.rows));
+}
+
+/// Norms of a knot's rows, and their stiffness out of the largest curvature that they meet.
+void RelaxedQp::measure_rows(const QpStage& stage, Eigen::Index first) {
+  const SparseBlock& rows = stage.inequality_jacobian;
+  auto norm = norm_.segment(first, rows.rows);
+  auto stiffness = stiffness_.segment(first, rows.rows);
+  norm.setZero();
+  for (int j = 0; j < rows.cols; ++j)
+    for (int e = rows.column_start[j]; e < rows.column_start[j + 1]; ++e) {
+      const int i = rows.row_index[e];
+      if (rows.values[e] != 0.0) stiffness[i] = std::max(stiffness[i], diagonal(stage.hessian, j));
+      norm[i] += rows.values[e] * rows.values[e];
+    }
+  for (Eigen::Index i = 0; i < norm.size(); ++i) {
+    norm[i] = norm[i] > 0.0 ? std::sqrt(norm[i]) : 1.0;
+    stiffness[i] /= norm[i] * norm[i];
+  }
+}
+
+void RelaxedQp::set_forces(const Eigen::VectorXd& base, const Eigen::VectorXd& curvature) {
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index count) {
+    const auto rho = curvature.segment(first, count);
+    model_.curvature[k].tail(count) = rho;
+    model_.slope[k].tail(count) =
+        base.segment(first, count) + rho.cwiseProduct(original_->stages[k].inequality_value);
+  });
+}
+
+void RelaxedQp::evaluate(const std::vector<Eigen::VectorXd>& w, Eigen::VectorXd& h) const {
+  h.resize(rows());
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index count) {
+    h.segment(first, count) = original_->stages[k].inequality_value;
+    original_->stages[k].inequality_jacobian.multiply_add(w[k].data(), h.data() + first);
+  });
+}
+
+void RelaxedQp::multiply(const std::vector<Eigen::VectorXd>& dw, Eigen::VectorXd& change) const {
+  change.setZero(rows());
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index) {
+    original_->stages[k].inequality_jacobian.multiply_add(dw[k].data(), change.data() + first);
+  });
+}
+
+/// The head of product_ becomes (H + J'curvature J) dw of a knot, J the first `rows` penalised
+/// ones.
+Eigen::Ref<const Eigen::VectorXd> RelaxedQp::multiply_cost(std::size_t k, const Eigen::VectorXd& dw,
+                                                           Eigen::Index rows) {
+  const QpStage& stage = relaxed_.stages[k];
+  const Eigen::Index all = stage.penalty_value.size();
+  auto product = product_.head(stage.nw());
+  auto force = row_product_.head(all);
+  product.setZero();
+  stage.hessian.multiply_symmetric_add(dw.data(), product.data());
+  force.setZero();
+  stage.penalty_jacobian.multiply_add(dw.data(), force.data());
+  force.array() *= model_.curvature[k].array();
+  force.tail(all - rows).setZero();
+  stage.penalty_jacobian.multiply_transposed_add(force.data(), product.data());
+  return product;
+}
+
+double RelaxedQp::curvature_along(const std::vector<Eigen::VectorXd>& dw) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < dw.size(); ++k)
+    sum += multiply_cost(k, dw[k], relaxed_.stages[k].penalty_value.size()).dot(dw[k]);
+  return sum;
+}
+
+double RelaxedQp::gradient_change(const std::vector<Eigen::VectorXd>& dw) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < dw.size(); ++k)
+    sum += multiply_cost(k, dw[k], original_->stages[k].penalty_value.size()).lpNorm<1>();
+  return sum;
+}
+
+void RelaxedQp::read_multipliers(const StageQpSolution& solution, Eigen::VectorXd& nu) const {
+  nu.resize(rows());
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index count) {
+    nu.segment(first, count) = solution.inequality_multiplier[k];
+  });
+  nu = nu.unaryExpr([](double v) { return std::isfinite(v) ? std::max(0.0, v) : 0.0; });
+}
+
+void RelaxedQp::write_multipliers(const Eigen::VectorXd& nu, StageQpSolution& solution) const {
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index count) {
+    solution.inequality_multiplier[k] = nu.segment(first, count);
+  });
+}
+
+}  // namespace palanquin
