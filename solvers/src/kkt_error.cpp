@@ -11,16 +11,18 @@ double largest(const Eigen::Ref<const Eigen::VectorXd>& v) {
 }
 }  // namespace
 
-/// Starts gradient_ with g + J'S'(h); returns its largest entry.
+/// Starts gradient_, [nw] of it, with g + J'S'(h); returns its largest entry.
 double KktErrorEvaluator::add_cost_gradient(const QpStage& stage) {
-  gradient_ = stage.gradient;
-  rows_.resize(stage.penalty_value.size());
-  for (Eigen::Index j = 0; j < rows_.size(); ++j)
+  // Knots differ in size: what has grown to the largest does not allocate again.
+  if (gradient_.size() < stage.nw()) gradient_.resize(stage.nw());
+  if (rows_.size() < stage.penalty_value.size()) rows_.resize(stage.penalty_value.size());
+  gradient_.head(stage.nw()) = stage.gradient;
+  for (Eigen::Index j = 0; j < stage.penalty_value.size(); ++j)
     rows_[j] =
         evaluate_penalty(stage.penalty_policy[static_cast<std::size_t>(j)], stage.penalty_value[j])
             .slope;
   stage.penalty_jacobian.multiply_transposed_add(rows_.data(), gradient_.data());
-  return largest(gradient_);
+  return largest(gradient_.head(stage.nw()));
 }
 
 KktError KktErrorEvaluator::evaluate(const StageQp& qp, const StageQpSolution& s) {
@@ -43,8 +45,8 @@ KktError KktErrorEvaluator::evaluate(const StageQp& qp, const StageQpSolution& s
       qp.stages[k + 1].link_previous.multiply_transposed_add(s.link_multiplier[k + 1].data(), r);
     }
     // x_0 is given: nothing is to be gained along it.
-    const Eigen::Index free = stage.nw() - (k == 0 ? stage.nx : 0);
-    const double residual = largest(gradient_.tail(free));
+    const Eigen::Index given = k == 0 ? stage.nx : 0;
+    const double residual = largest(gradient_.segment(given, stage.nw() - given));
     if (!(residual <= error.stationarity)) error.stationarity = residual;  // NaN stays
     const Eigen::VectorXd& nu = s.inequality_multiplier[k];
     for (Eigen::Index j = 0; j < nu.size(); ++j)
