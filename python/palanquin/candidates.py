@@ -7,8 +7,9 @@ start put it. At a fraction of a millisecond a solve, trying a few starts costs 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,7 +65,16 @@ class Candidates:
             if value < 1:
                 raise ProblemError(f"candidates: {name} is {value}; at least 1 is needed")
         self.solvers = [Sqp(lowered, horizon=horizon, **options) for _ in range(at_most)]
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="candidate")
+        self._threads = threads
+        self._pool: ThreadPoolExecutor | None = None
+        self._process = 0  # that the pool's threads belong to
+
+    def _running_pool(self) -> ThreadPoolExecutor:
+        """The threads; a process that was forked off has none of its parent's."""
+        if self._pool is None or self._process != os.getpid():
+            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="candidate")
+            self._process = os.getpid()
+        return self._pool
 
     def set_policy(self, family: str, policy: Policy) -> None:
         """As `Sqp.set_policy`, for all solvers."""
@@ -87,7 +97,8 @@ class Candidates:
             guesses: where to start, at least one and at most `at_most`.
 
         Raises:
-            ProblemError: too many or no guesses, or not as many parameters.
+            ProblemError: too many or no guesses, or not as many parameters. What a solve raises is
+                raised when all have ended.
         """
         if not 1 <= len(guesses) <= len(self.solvers):
             raise ProblemError(
@@ -99,11 +110,17 @@ class Candidates:
             raise ProblemError(
                 f"candidates: {len(parameters)} sets of parameters for {len(guesses)} guesses"
             )
+        pool = self._running_pool()
         jobs = [
-            self._pool.submit(solver.solve, values, measured, guess)
+            pool.submit(solver.solve, values, measured, guess)
             for solver, values, guess in zip(self.solvers, parameters, guesses, strict=False)
         ]
-        plans = tuple(job.result() for job in jobs)
+        try:
+            plans = tuple(job.result() for job in jobs)
+        finally:  # a solve that went on would meet the next call
+            for job in jobs:
+                job.cancel()
+            wait(jobs)
         index = min(range(len(plans)), key=lambda i: _rank(plans[i]))
         return Choice(plans[index], index, plans)
 
