@@ -46,15 +46,13 @@ FootholdRule = Literal["hips", "raibert"]
 
 @dataclass(frozen=True)
 class _Task:
-    """A solve that has been set up: what is known, where it starts, when that was begun, what has
-    happened so far, and in two phases whether the solver is ready to feed back.
+    """A solve that has been set up: what is known, where it starts, when that was begun, and in two
+    phases whether the solver is ready to feed back.
     """
 
-    command: Velocity
     now: Instant
     guess: NamedArray
     started: float
-    events: tuple[Event, ...]
     is_ready: bool = False
 
 
@@ -135,15 +133,7 @@ class Planner:
             Candidates(self.lowered, candidates, **options) if candidates > 1 else None
         )
         self._robot_references = references
-        self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
-        self.reference = np.zeros(3)  # payload's x, y, yaw
-        self._start = 0.0  # when the first plan was made
-        self._time: float | None = None
-        self._command = Velocity()
-        self._last: TeamPlan | None = None
-        self._planned_at = 0.0  # what time the last plan is for
-        self._prepared: _Task | None = None
-        self._failures = 0  # solves in a row without a usable plan
+        self.restart()
 
     def set_ditches(self, lines: ArrayLike) -> None:
         """Takes other ditches (a, b, c, width) [n, 4], m; raises ProblemError for too many."""
@@ -160,9 +150,20 @@ class Planner:
         return lines[lines[:, 3] > 0]
 
     def restart(self, reference: ArrayLike = (0.0, 0.0, 0.0)) -> None:
-        """Forgets the last plan and the time; the payload's reference starts at (x, y, yaw)."""
+        """Forgets the last plan, the time, changes of gait and expected pushes; the payload's
+        reference starts at (x, y, yaw).
+        """
         self.reference = checks.array("reference", reference, 3)
-        self._time, self._last, self._prepared, self._failures = None, None, None, 0
+        self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
+        self.expect_wrenches(np.zeros((self.horizon + 1, len(self.team.bodies), 6)))
+        self._start = 0.0  # when the first plan was made
+        self._time: float | None = None
+        self._command = Velocity()
+        self._last: TeamPlan | None = None
+        self._planned_at = 0.0  # what time the last plan is for
+        self._prepared: _Task | None = None
+        self._failures = 0  # solves in a row without a usable plan
+        self._events: tuple[Event, ...] = ()  # since the last plan
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
@@ -248,10 +249,11 @@ class Planner:
         task, self._prepared = self._prepared, None
         if task is None:
             raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
-        if not task.is_ready:
-            return self.solve(task.now.time, state, task.command)
-        task = replace(task, started=clock.perf_counter())
-        return self._answer(task, self.sqp.feedback(self._knot(state)))
+        task, measured = replace(task, started=clock.perf_counter()), self._knot(state)
+        if task.is_ready:
+            return self._answer(task, self.sqp.feedback(measured))
+        around = self._around(task.guess)
+        return self._answer(task, self.sqp.solve(around, measured, task.guess))
 
     def settle(
         self, time: float, state: TeamState, command: Velocity, at_most: int = 30
@@ -276,9 +278,9 @@ class Planner:
         set_references(self.params, self.team, references)
         set_contacts(self.params, self.team, contacts, before)
         now = Instant(time, references, contacts, before, state.feet)
-        events = self._give_up_on_last(time)
+        self._give_up_on_last(time)
         guess = self._start_from.guess(now, self._last, time - self._planned_at)
-        return _Task(command, now, guess, started, events)
+        return _Task(now, guess, started)
 
     def _knot(self, state: TeamState) -> NamedArray:
         """The measured knot."""
@@ -291,7 +293,8 @@ class Planner:
         """The plan with what it was for; the next one starts from it."""
         solve_ms = 1e3 * (clock.perf_counter() - task.started)
         self._failures = 0 if plan.is_usable else self._failures + 1
-        now, events = task.now, task.events + plan_events(plan, task.now.time)
+        now, events = task.now, self._events + plan_events(plan, task.now.time)
+        self._events = ()
         self._last = TeamPlan(
             plan, now.references, now.contacts, solve_ms, self.columns, events, now.time
         )
@@ -337,13 +340,13 @@ class Planner:
             )
         return references
 
-    def _give_up_on_last(self, time: float) -> tuple[Event, ...]:
+    def _give_up_on_last(self, time: float) -> None:
         """Forgets the last plan when too many solves in a row have failed to improve on it."""
         if self._last is None or self._failures < self.restart_after:
-            return ()
+            return
         reason = f"solves in a row without a usable plan: {self._failures}"
         self._last, self._failures = None, 0
-        return (Event(time, EventKind.RESTART, reason),)
+        self._events += (Event(time, EventKind.RESTART, reason),)
 
     def _stance(self, time: float) -> np.ndarray:
         """How long each foot stands, s, [R, 4]; 0 if its reference footholds look ahead."""

@@ -8,7 +8,7 @@ import pytest
 from palanquin.errors import ProblemError
 from palanquin.events import EventKind
 from palanquin.plan import Status
-from palanquin.problems import clm
+from palanquin.problems import clm, gaits
 from palanquin.problems.clm.columns import Columns
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.robots import FEET
@@ -125,6 +125,36 @@ def test_a_run_of_failures_ends_with_a_restart(flat_problem, restart_after, monk
     assert EventKind.RESTART not in [
         event.kind for event in planner.solve((restart_after + 2) * DT, state, COMMAND).events
     ]
+
+
+def test_a_step_that_was_not_ready_tells_of_its_restart(flat_problem, monkeypatch):
+    planner = Planner(flat_problem, restart_after=1)
+    state = planner.nominal_state()
+    planner.settle(0.0, state, COMMAND)
+    planner._failures = 1
+    set_up, times = planner._set_up, []
+    monkeypatch.setattr(planner, "_set_up", lambda *given: times.append(given[0]) or set_up(*given))
+    monkeypatch.setattr(planner.sqp, "prepare", lambda *_: False)
+    assert not planner.prepare(DT, state, COMMAND)
+    plan = planner.feedback(state)
+    assert times == [DT]
+    assert plan.events[0].kind is EventKind.RESTART
+    assert plan.plan.is_usable
+    assert planner.solve(2 * DT, state, COMMAND).events == ()
+
+
+def test_a_restart_forgets_gaits_and_pushes(flat_problem):
+    planner, fresh = Planner(flat_problem), Planner(flat_problem)
+    state = planner.nominal_state()
+    planner.solve(0.0, state, COMMAND)
+    for clock in planner.clocks:
+        clock.change(gaits.stand(), 0.0, at_once=True)
+    planner.expect_wrenches(np.full((planner.horizon + 1, len(planner.team.bodies), 6), 5.0))
+    planner.solve(DT, state, COMMAND)
+    planner.restart()
+    again, first = planner.solve(0.0, state, COMMAND), fresh.solve(0.0, state, COMMAND)
+    assert np.array_equal(again.contacts, first.contacts)
+    assert np.array_equal(again.plan.xs, first.plan.xs)
 
 
 def test_a_planner_must_restart_some_time(flat_problem):
