@@ -1,5 +1,7 @@
 #include "segment_plan.hpp"
 
+#include "palanquin/core/most_kept.hpp"
+
 namespace palanquin {
 
 void SegmentPlan::make(const QpStage& stage) {
@@ -37,6 +39,7 @@ double SegmentPlan::bilinear(const SparseBlock& hessian, const double* a, const 
 void SegmentPlans::find(const StageQp& qp) {
   const std::size_t count = qp.stages.size();
   const bool is_known = revision_ == qp.structure_revision && plans_.size() == count;
+  if (by_pattern_.size() > most_kept(count)) by_pattern_.clear();
   plans_.resize(count);
   while (by_knot_.size() < count) by_knot_.push_back(std::make_unique<SegmentPlan>());
   for (std::size_t k = 0; k < count; ++k) {

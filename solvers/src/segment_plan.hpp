@@ -42,6 +42,8 @@ class SegmentPlans {
  public:
   void find(const StageQp& qp);
   const SegmentPlan& operator[](std::size_t k) const { return *plans_[k]; }
+  /// Plans that are kept by pattern.
+  std::size_t size() const { return by_pattern_.size(); }
 
  private:
   std::vector<const SegmentPlan*> plans_;

@@ -10,6 +10,7 @@ namespace palanquin {
 
 Eigen::MatrixXd Sqp::feedback_gain() const {
   const auto use = user_.read("feedback_gain");
+  if (is_prepared_) throw std::logic_error("feedback_gain: the prepared QP waits for its feedback");
   const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
   if (gain.size() == 0) return {};
   const ColumnMap& columns = transcription_.shape(0).columns;

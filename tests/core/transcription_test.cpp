@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "palanquin/core/most_kept.hpp"
 #include "palanquin/core/stage_qp_check.hpp"
 #include "palanquin/core/transcription/workspace.hpp"
 #include "support/allocation_counter.hpp"
@@ -197,6 +198,45 @@ TEST_F(TranscriptionTest, AnotherPolicyReachesEveryKnotOfAMovingGait) {
     set_friction(changed.transcription, Policy{PolicyKind::RelaxedBarrier, 1.0, 0.1});
     EXPECT_NE(changed.transcription.evaluate(start).total(), a.total());
   }
+}
+
+/// Parameters whose contacts are the bits of `number`: unlike those of any other number.
+RowMatrix contacts_of(unsigned number, const LoweredCase& given) {
+  const auto column = [&](const char* name) {
+    for (const ParameterInfo& p : given.problem->parameters())
+      if (p.name == name) return p.offset;
+    throw std::invalid_argument(name);
+  };
+  RowMatrix parameters = given.parameters;
+  for (Eigen::Index k = 0; k < parameters.rows(); ++k) {
+    const double stands = number >> k & 1u;
+    parameters(k, column("stance")) = stands;
+    parameters(k, column("mass")) = 1.5;
+    if (k + 1 < parameters.rows()) parameters(k + 1, column("stood")) = stands;
+  }
+  return parameters;
+}
+
+TEST_F(TranscriptionTest, RemembersABoundedNumberOfContacts) {
+  const LoweredCase given = load("Hopper");
+  Prepared many(given, Form::Reduced, 1);
+  const RowMatrix start = many.iterate;
+  // Policies come and go with the contacts: none of these combinations repeats.
+  const std::size_t bound = 3 * most_kept(static_cast<std::size_t>(given.horizon() + 1));
+  for (unsigned number = 0; number < 500; ++number) {
+    set_friction(many.transcription,
+                 Policy{number % 2 ? PolicyKind::Hard : PolicyKind::C2Penalty, 1.0 + number, 0.1});
+    many.iterate = start;
+    many.iteration(contacts_of(number * 2654435761u % 4096u, given), given.measured);
+    ASSERT_LE(many.transcription.kept(), bound) << number;
+  }
+  Prepared fresh(given, Form::Reduced, 1);
+  for (Prepared* made : {&many, &fresh}) {
+    set_friction(made->transcription, Policy{});
+    made->iterate = start;
+    made->iteration(given.parameters, given.measured);
+  }
+  expect_equal_values(many.transcription.qp(), fresh.transcription.qp());
 }
 
 TEST_F(TranscriptionTest, RegularizationGoesToTheDiagonal) {

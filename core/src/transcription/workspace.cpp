@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palanquin/core/diagnosis/non_finite.hpp"
+#include "palanquin/core/most_kept.hpp"
 #include "transcription/knot_functions.hpp"
 #include "transcription/linearization.hpp"
 #include "transcription/roles.hpp"
@@ -31,9 +32,7 @@ TranscriptionWorkspace::TranscriptionWorkspace(std::shared_ptr<const Transcripti
                                                int threads)
     : model_(std::move(model)),
       inputs_(*model_),
-      parts_(std::make_unique<Parts>(*model_, threads)),
-      // Some gaits' worth: a trot over 15 knots has about 30 combinations and shapes.
-      most_kept_(500 + 10 * size_of(model_->horizon())) {}
+      parts_(std::make_unique<Parts>(*model_, threads)) {}
 
 TranscriptionWorkspace::~TranscriptionWorkspace() = default;
 
@@ -60,7 +59,7 @@ void TranscriptionWorkspace::resolve() {
   KnotRoles& roles = parts_->roles;
   StageStore& stages = parts_->stages;
   if (!roles.is_stale()) return;
-  if (kept() > most_kept_) {  // contacts that never repeat would fill the memory
+  if (kept() > most_kept(size_of(horizon() + 1))) {
     roles.clear();
     stages.clear();
     roles.read(inputs_, parts_->functions.workspace());

@@ -4,10 +4,13 @@
 #include <stdexcept>
 #include <string>
 
+#include "palanquin/core/most_kept.hpp"
+
 namespace palanquin::structured {
 
 void PlanStore::start(const StageQp& qp) {
   if (qp.stages.empty()) throw std::invalid_argument("StageQp: stages is empty");
+  if (by_pattern_.size() > most_kept(qp.stages.size())) by_pattern_.clear();
   while (by_knot_.size() < qp.stages.size()) by_knot_.push_back(std::make_unique<KnotPlan>());
   capacity_ = {};
   for (const QpStage& stage : qp.stages)

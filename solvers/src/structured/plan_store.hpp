@@ -13,11 +13,13 @@ namespace palanquin::structured {
 /// brings them back: a pattern with an id (QpStage::pattern) is planned once.
 class PlanStore {
  public:
-  /// Makes room for the knots of `qp`; call before find.
+  /// Makes room for the knots of `qp`; call before find. Plans that were found before are void.
   void start(const StageQp& qp);
   /// The plan of knot k. Throws std::invalid_argument, naming knot and block, if a block does not
   /// fit its knot.
   const KnotPlan& find(const StageQp& qp, int k);
+  /// Plans that are kept by pattern.
+  std::size_t size() const { return by_pattern_.size(); }
 
  private:
   KnotPlanner planner_;

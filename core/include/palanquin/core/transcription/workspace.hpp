@@ -95,7 +95,6 @@ class TranscriptionWorkspace {
   std::shared_ptr<const TranscriptionModel> model_;
   TranscriptionInputs inputs_;
   std::unique_ptr<Parts> parts_;
-  std::size_t most_kept_;
 };
 
 }  // namespace palanquin
