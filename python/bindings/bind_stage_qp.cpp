@@ -65,6 +65,17 @@ class StageQpSource {
   std::unique_ptr<TranscriptionWorkspace> workspace_;
 };
 
+/// Throws std::invalid_argument unless the model is one of this QP's penalties.
+void require_fit(const StageQp& qp, const PenaltyModel& model) {
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const Eigen::Index rows = qp.stages[k].penalty_value.size();
+    if (model.slope.size() != qp.stages.size() || model.slope[k].size() != rows ||
+        model.curvature[k].size() != rows)
+      throw std::invalid_argument("the penalty model is of another QP: it must have " +
+                                  std::to_string(rows) + " rows at knot " + std::to_string(k));
+  }
+}
+
 double structured_flops(const StageQp& qp) {
   PenaltyModel model;
   model.resize(qp);
@@ -131,6 +142,8 @@ void bind_stage_qp(nb::module_& m) {
           "solve",
           [](QpSolver& solver, const StageQp& qp, const PenaltyModel& model,
              StageQpSolution& solution) {
+            require_fit(qp, model);
+            solution.resize(qp);
             return std::string(to_string(solver.solve(qp, model, solution)));
           },
           "qp"_a, "model"_a, "solution"_a)

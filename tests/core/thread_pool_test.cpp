@@ -2,8 +2,11 @@
 #include "palanquin/core/thread_pool.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <vector>
 
@@ -46,6 +49,48 @@ TEST(ThreadPool, GivesTheSameBitsForAnyNumberOfThreads) {
 }
 
 TEST(ThreadPool, RefusesLessThanOneThread) { EXPECT_THROW(ThreadPool(0), std::invalid_argument); }
+
+// ThreadSanitizer does not take threads that a forked process starts.
+#if !defined(__SANITIZE_THREAD__)
+/// Whether `work` is true in a forked process; one that hangs is ended.
+template <typename Work>
+bool in_a_fork(const Work& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(60);
+    _exit(work() ? 0 : 1);
+  }
+  int status = -1;
+  waitpid(child, &status, 0);
+  return status == 0;
+}
+
+TEST(ThreadPool, WorksInAForkedProcess) {
+  for (int threads : {1, 2, 4}) {
+    ThreadPool pool(threads);
+    const auto sum = [&] {
+      std::vector<int> values(100, 0);
+      pool.parallel_for(100, [&](int, int i) { values[static_cast<std::size_t>(i)] = i; });
+      int total = 0;
+      for (int value : values) total += value;
+      return total;
+    };
+    EXPECT_EQ(sum(), 4950);
+    EXPECT_TRUE(in_a_fork([&] {
+      return sum() == 4950 && sum() == 4950 && in_a_fork([&] { return sum() == 4950; });
+    }));
+    EXPECT_EQ(sum(), 4950);
+  }
+}
+
+TEST(ThreadPool, MayEndInAForkedProcess) {
+  auto pool = std::make_unique<ThreadPool>(3);
+  EXPECT_TRUE(in_a_fork([&] {
+    pool.reset();
+    return true;
+  }));
+}
+#endif
 
 }  // namespace
 }  // namespace palanquin

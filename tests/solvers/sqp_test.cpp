@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -66,6 +69,64 @@ TEST_F(SqpTest, MisuseThrowsAndTheSolverRemainsUsable) {
   EXPECT_THROW(sqp.solve(given.parameters, given.measured, given.guess.leftCols(2)),
                std::invalid_argument);
   EXPECT_EQ(sqp.solve(given.parameters, given.measured, given.guess), Status::Converged);
+}
+
+TEST_F(SqpTest, RefusesWorkAndAnswersWhileAnotherThreadHasIt) {
+  const LoweredCase given = load("Hopper");
+  Sqp sqp(given.problem, given.horizon(), settings_for("ldl"));
+  sqp.solve(given.parameters, given.measured, given.guess);
+  {
+    const auto reading = sqp.read("test");
+    EXPECT_THROW(sqp.solve(given.parameters, given.measured, given.guess), std::logic_error);
+    EXPECT_THROW(sqp.solve_plan(given.parameters, given.measured, given.guess), std::logic_error);
+    EXPECT_THROW(sqp.prepare(given.parameters, given.measured, given.guess), std::logic_error);
+    EXPECT_THROW(sqp.feedback(given.measured), std::logic_error);
+    EXPECT_THROW(sqp.feedback_plan(given.measured), std::logic_error);
+    EXPECT_THROW(sqp.set_policy("friction", Policy{}), std::logic_error);
+    EXPECT_EQ(sqp.status(), sqp.plan().status);  // readers do not exclude each other
+  }
+  EXPECT_NO_THROW(sqp.solve(given.parameters, given.measured, given.guess));
+}
+
+TEST(SingleUser, NamesTheCallThatItRefuses) {
+  const SingleUser user;
+  const auto use = user.change("solve");
+  for (bool reads : {false, true}) try {
+      (void)(reads ? user.read("history") : user.change("prepare"));
+      ADD_FAILURE();
+    } catch (const std::logic_error& error) {
+      EXPECT_NE(std::string(error.what()).find(reads ? "history: " : "prepare: "),
+                std::string::npos);
+    }
+}
+
+TEST_F(SqpTest, PlansOutliveTheirSolver) {
+  const LoweredCase given = load("Hopper");
+  auto sqp = std::make_unique<Sqp>(given.problem, given.horizon(), settings_for("ldl"));
+  const Plan plan = sqp->solve_plan(given.parameters, given.measured, given.guess);
+  EXPECT_TRUE(plan.is_usable());
+  EXPECT_EQ(plan.trajectory, sqp->trajectory());
+  const auto violations = plan.violations();
+  RowMatrix later = given.parameters;
+  later.topRows(given.horizon()) = given.parameters.bottomRows(given.horizon());
+  sqp->solve(later, given.measured, given.guess);
+  EXPECT_EQ(plan.violations(), violations);
+  sqp.reset();
+  EXPECT_EQ(plan.violations(), violations);
+  EXPECT_EQ(plan.evaluate().total(), plan.evaluation.total());
+}
+
+TEST_F(SqpTest, FailedPlansHaveNoNumbers) {
+  LoweredCase given = load("RigidBody");
+  given.guess(2, 0) = std::numeric_limits<double>::infinity();
+  Sqp sqp(given.problem, given.horizon(), settings_for("ldl"));
+  EXPECT_TRUE(std::isnan(sqp.evaluation().total()));  // not solved yet
+  const Plan plan = sqp.solve_plan(given.parameters, given.measured, given.guess);
+  EXPECT_EQ(plan.status, Status::NonFinite);
+  EXPECT_FALSE(plan.is_usable());
+  EXPECT_TRUE(std::isnan(plan.evaluation.cost));
+  EXPECT_TRUE(std::isnan(plan.evaluation.equality_max));
+  EXPECT_TRUE(std::isnan(sqp.model_cost()));
 }
 
 }  // namespace
