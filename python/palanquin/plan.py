@@ -348,8 +348,9 @@ class Sqp(_Solver[_core.SqpSettings]):
             False when a function is not finite there; `feedback` must then not be called.
         """
         p, z, start = self._inputs(parameters, predicted, guess)
+        is_ready = bool(self._core.prepare(p, z, start))
         self._prepared = (p.copy(), z.copy(), start.copy())
-        return bool(self._core.prepare(p, z, start))
+        return is_ready
 
     def feedback(self, measured: NamedArray | ArrayLike) -> Plan:
         """Second phase: the plan for the `measured` knot, whose states alone may differ from the

@@ -50,7 +50,7 @@ def assert_same(plan, other):
 SOLVERS = {
     "structured": (pq.Sqp, {"qp": "structured", "line_search": {"armijo": 2e-4}}),
     "osqp": (pq.Sqp, {"qp": "osqp", "form": "paper", "max_iterations": 2}),
-    "exact": (pq.Sqp, {"hessian": "exact", "regularization": 0.3}),
+    "exact": (pq.Sqp, {"hessian": "exact", "damping": {"first": 0.3}}),
     "ipopt": (pq.Ipopt, {"penalize": True, "tolerance": 1e-5}),
 }
 

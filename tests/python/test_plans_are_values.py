@@ -262,7 +262,7 @@ def test_a_plan_with_large_residuals_is_not_usable():
     parameters["goal"] = 40.0
     options = {"qp": "ldl", "max_iterations": 1, "globalize": False}
     plan = pq.Sqp(lowered, **options).solve(parameters, lowered.knot(), guess)
-    assert plan.status is pq.Status.ITERATION_LIMIT
+    assert plan.status is pq.Status.UNFINISHED
     assert plan.equality_violation > 10
     assert not plan.is_usable
     tolerant = pq.Sqp(lowered, **options, usable_violation=1e6)
