@@ -78,8 +78,8 @@ class Sqp {
   /// First-order feedback around the last solution: dz_0 = K dx_0, where dx_0 [ndx] is a change of
   /// the measured states in the tangent space and dz_0 [ndz] that of the first knot (rows of
   /// states and of fixed and absent blocks are zero). For controllers faster than the planner.
-  /// Empty when the QP back end gives none (only "structured" does). Throws std::logic_error between
-  /// `prepare` and `feedback`.
+  /// Empty when the QP back end gives none (only "structured" does). Throws std::logic_error
+  /// between `prepare` and `feedback`.
   Eigen::MatrixXd feedback_gain() const;
 
   /// Multipliers of the dynamics in the last QP [N, ndx], row k of those from knot k to k + 1: how
