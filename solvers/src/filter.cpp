@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "setting_rules.hpp"
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 

@@ -8,7 +8,7 @@
 #include "ipopt_status.hpp"
 #include "nlp.hpp"
 #include "palanquin/core/diagnosis/non_finite.hpp"
-#include "setting_rules.hpp"
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 

@@ -37,8 +37,8 @@ double find_row(const Policy& policy, double force) {
 
 }  // namespace
 
-PenaltySegment::PenaltySegment()
-    : kernels_(kernels::kernels_for(resolve_kernel_level(KernelLevel::Automatic))) {}
+PenaltySegment::PenaltySegment(KernelLevel level)
+    : kernels_(kernels::kernels_for(resolve_kernel_level(level))) {}
 
 void PenaltySegment::add_rows(std::size_t k, const double* v, double* rows) const {
   kernels_.multiply_runs_add(plans_[k].rows(), qp_->stages[k].penalty_jacobian.values.data(), v,

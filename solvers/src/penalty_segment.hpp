@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "palanquin/core/stage_qp.hpp"
+#include "palanquin/solvers/kernel_level.hpp"
 #include "segment_plan.hpp"
 
 namespace palanquin {
@@ -20,7 +21,8 @@ class PenaltySegment {
     double curvature = 0.0;  ///< phi''
   };
 
-  PenaltySegment();
+  /// Throws std::invalid_argument if the processor lacks `level`.
+  explicit PenaltySegment(KernelLevel level);
 
   /// Puts the point at `w`.
   void start(const StageQp& qp, const std::vector<Eigen::VectorXd>& w);

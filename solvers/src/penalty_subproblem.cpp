@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "linear_rows.hpp"
+#include "palanquin/core/setting_rules.hpp"
 #include "penalty_segment.hpp"
-#include "setting_rules.hpp"
 
 namespace palanquin {
 namespace {
@@ -38,8 +38,8 @@ std::string PenaltySubproblemSettings::explain_invalid() const {
       .sentence();
 }
 
-PenaltySubproblem::PenaltySubproblem(const PenaltySubproblemSettings& settings)
-    : settings_(settings), segment_(std::make_unique<PenaltySegment>()) {
+PenaltySubproblem::PenaltySubproblem(const PenaltySubproblemSettings& settings, KernelLevel level)
+    : settings_(settings), segment_(std::make_unique<PenaltySegment>(level)) {
   if (const std::string sentence = settings.explain_invalid(); !sentence.empty())
     throw std::invalid_argument(sentence);
 }

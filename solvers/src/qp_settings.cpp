@@ -1,6 +1,6 @@
 #include "palanquin/solvers/qp_settings.hpp"
 
-#include "setting_rules.hpp"
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "kernels/dispatch.hpp"
-#include "setting_rules.hpp"
+#include "palanquin/core/setting_rules.hpp"
 #include "stopwatch.hpp"
 #include "structured/backward.hpp"
 #include "structured/forward.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palanquin/core/setting_rules.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
-#include "setting_rules.hpp"
 
 namespace palanquin {
 namespace {
@@ -88,7 +88,9 @@ std::string RestorationSettings::explain_invalid() const {
 }
 
 Restoration::Restoration(const RestorationSettings& settings, const QpSettings& qp_settings)
-    : settings_(settings), qp_settings_(qp_settings), subproblem_(exact_penalties()) {
+    : settings_(settings),
+      qp_settings_(qp_settings),
+      subproblem_(exact_penalties(), qp_settings.structured.kernels) {
   reset();
 }
 

@@ -61,7 +61,7 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
           settings.threads),
       policies_(transcription_.inputs().shared_policies()),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
-      subproblem_(settings.subproblem),
+      subproblem_(settings.subproblem, settings.qp_settings.structured.kernels),
       damping_(settings.damping),
       restoration_(settings.restoration, settings.qp_settings) {
   if (settings.hessian == HessianKind::Exact && exact == nullptr)

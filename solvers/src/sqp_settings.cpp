@@ -1,6 +1,6 @@
 #include "palanquin/solvers/sqp_settings.hpp"
 
-#include "setting_rules.hpp"
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <stdexcept>
@@ -40,6 +41,22 @@ TEST_F(SqpTest, DoesNotAllocateInASolve) {
       }
 }
 
+TEST_F(SqpTest, AnyNumberOfThreadsGivesTheSameBits) {
+  for (const char* name : {"Hopper", "RigidBody"}) {
+    const LoweredCase given = load(name);
+    RowMatrix expected;
+    for (int threads : {1, 2, 3}) {
+      SqpSettings settings = settings_for("structured");
+      settings.threads = threads;
+      Sqp sqp(given.problem, given.horizon(), settings);
+      for (int solve = 0; solve < 3; ++solve)
+        EXPECT_TRUE(is_usable(sqp.solve(given.parameters, given.measured, given.guess)));
+      if (threads == 1) expected = sqp.trajectory();
+      EXPECT_EQ(sqp.trajectory(), expected) << name << ", " << threads << " threads";
+    }
+  }
+}
+
 TEST_F(SqpTest, CountsAllocationsAtAll) {
   const LoweredCase given = load("RigidBody");
   Sqp sqp(given.problem, given.horizon(), settings_for("ldl"));
@@ -50,6 +67,17 @@ TEST_F(SqpTest, CountsAllocationsAtAll) {
 #else
   EXPECT_GT(first, 0);
 #endif
+}
+
+TEST_F(SqpTest, TheKernelLevelOfTheSettingsIsTheOnlyOne) {
+  const LoweredCase given = load("RigidBody");
+  SqpSettings settings = settings_for("structured");
+  ASSERT_EQ(setenv("PALANQUIN_KERNELS", "z80", 1), 0);  // whoever takes the automatic level throws
+  EXPECT_THROW(Sqp(given.problem, given.horizon(), settings), std::invalid_argument);
+  settings.qp_settings.structured.kernels = KernelLevel::X86_64;
+  Sqp sqp(given.problem, given.horizon(), settings);
+  EXPECT_EQ(sqp.solve(given.parameters, given.measured, given.guess), Status::Converged);
+  ASSERT_EQ(unsetenv("PALANQUIN_KERNELS"), 0);
 }
 
 TEST_F(SqpTest, ExactHessiansNeedTheirFunctions) {

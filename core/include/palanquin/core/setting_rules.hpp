@@ -9,6 +9,14 @@
 
 namespace palanquin {
 
+/// "name[index]", for a rule about one entry of a list.
+inline std::string entry(std::string name, std::size_t index) {
+  name += '[';
+  name += std::to_string(index);
+  name += ']';
+  return name;
+}
+
 /// Collects the first broken rule among a group of settings:
 ///   return SettingRules("osqp.").positive("rho", rho).at_least("max_iterations", n, 1).sentence();
 class SettingRules {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "palanquin/core/stage_qp.hpp"
+#include "palanquin/solvers/kernel_level.hpp"
 #include "palanquin/solvers/qp_solver.hpp"
 
 namespace palanquin {
@@ -41,8 +42,9 @@ struct PenaltySubproblemResult {
 /// Owns its workspace; allocates only when the QP's dimensions change.
 class PenaltySubproblem {
  public:
-  /// Throws std::invalid_argument if a setting breaks its rule.
-  explicit PenaltySubproblem(const PenaltySubproblemSettings& settings = {});
+  /// Throws std::invalid_argument if a setting breaks its rule, or if the processor lacks `level`.
+  explicit PenaltySubproblem(const PenaltySubproblemSettings& settings = {},
+                             KernelLevel level = KernelLevel::Automatic);
   ~PenaltySubproblem();
 
   /// Starts at `solution`, which has the sizes of `qp`, and leaves the best point there. When the
