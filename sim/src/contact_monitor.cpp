@@ -1,6 +1,27 @@
 #include "palanquin/sim/contact_monitor.hpp"
 
+#include <stdexcept>
+
+#include "palanquin/core/setting_rules.hpp"
+
 namespace palanquin {
+
+std::string ContactSettings::explain_invalid() const {
+  return SettingRules()
+      .positive("touch_force", touch_force)
+      .not_negative("release_force", release_force)
+      .check(release_force <= touch_force, "release_force", release_force, "at most touch_force")
+      .not_negative("lost_time", lost_time)
+      .not_negative("earliest", earliest)
+      .check(earliest <= 1, "earliest", earliest, "at most 1, the whole swing")
+      .not_negative("early_force", early_force)
+      .sentence();
+}
+
+ContactMonitor::ContactMonitor(const ContactSettings& settings) : settings_(settings) {
+  if (auto text = settings.explain_invalid(); !text.empty())
+    throw std::invalid_argument("contact monitor: " + text);
+}
 
 void ContactMonitor::update(bool is_due, double progress, double force, double dt) {
   const LegPhase before = phase_;

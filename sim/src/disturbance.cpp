@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "palanquin/core/setting_rules.hpp"
+
 namespace palanquin {
 
 Vector3 Push::force(double time) const {
@@ -25,29 +27,36 @@ Vector3 Tether::force(double time, const Vector3& position, const Vector3& point
 namespace {
 
 std::string explain(const Push& push) {
-  if (!push.amplitude.allFinite() || !push.phase.allFinite())
-    return "amplitude and phase must be finite";
-  return (push.period.array() > 0).all() ? "" : "period must be positive on each axis";
+  return SettingRules()
+      .finite("amplitude", push.amplitude)
+      .finite("phase", push.phase)
+      .check((push.period.array() > 0).all(), "period", push.period.transpose(),
+             "positive on each axis")
+      .sentence();
 }
 
 std::string explain(const Tether& tether) {
-  if (!tether.anchor.allFinite() || !tether.velocity.allFinite())
-    return "anchor and velocity must be finite";
-  const double least = std::min({tether.slack, tether.stiffness, tether.damping});
-  return least >= 0 ? "" : "slack, stiffness and damping must not be negative";
+  return SettingRules()
+      .finite("anchor", tether.anchor)
+      .finite("velocity", tether.velocity)
+      .not_negative("slack", tether.slack)
+      .not_negative("stiffness", tether.stiffness)
+      .not_negative("damping", tether.damping)
+      .sentence();
 }
 
 }  // namespace
 
 std::string explain_invalid(const Disturbance& disturbance, int bodies) {
   return std::visit(
-      [bodies](const auto& d) -> std::string {
-        if (d.body < 1 || d.body >= bodies)
-          return "disturbance: body " + std::to_string(d.body) + " does not exist";
-        if (!d.point.allFinite()) return "disturbance: point must be finite";
-        if (!(d.end >= d.start)) return "disturbance: end must not be before start";
-        if (auto text = explain(d); !text.empty()) return "disturbance: " + text;
-        return {};
+      [bodies](const auto& d) {
+        return SettingRules("disturbance.")
+            .one_of("body", d.body, bodies, 1)
+            .finite("point", d.point)
+            .finite("start", d.start)
+            .check(d.end >= d.start, "end", d.end, "at least start")
+            .nested("disturbance.", explain(d))
+            .sentence();
       },
       disturbance);
 }

@@ -1,23 +1,28 @@
 #include "palanquin/sim/measurement.hpp"
 
-#include <cmath>
 #include <stdexcept>
+
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 
+namespace {
+
+constexpr int kLongestDelay = 1000;
+
+}  // namespace
+
 std::string MeasurementSettings::explain_invalid() const {
-  for (const auto& [name, value] : {std::pair{"position", position},
-                                    {"orientation", orientation},
-                                    {"velocity", velocity},
-                                    {"rate", rate},
-                                    {"joint_position", joint_position},
-                                    {"joint_velocity", joint_velocity}})
-    if (!(value >= 0) || !std::isfinite(value))
-      return std::string(name) + " is " + std::to_string(value) +
-             "; a standard deviation must be finite and not negative";
-  if (delay < 0 || delay > 1000)
-    return "delay is " + std::to_string(delay) + "; it must be from 0 to 1000 periods";
-  return {};
+  return SettingRules()
+      .not_negative("position", position)
+      .not_negative("orientation", orientation)
+      .not_negative("velocity", velocity)
+      .not_negative("rate", rate)
+      .not_negative("joint_position", joint_position)
+      .not_negative("joint_velocity", joint_velocity)
+      .check(delay >= 0 && delay <= kLongestDelay, "delay", delay,
+             "from 0 to " + std::to_string(kLongestDelay) + " periods")
+      .sentence();
 }
 
 Measurement::Measurement(const MeasurementSettings& settings)

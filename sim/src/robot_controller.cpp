@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palanquin/core/setting_rules.hpp"
+
 namespace palanquin {
 
 namespace {
@@ -11,38 +13,38 @@ namespace {
 /// Time in which a leg that is late is expected to find the ground, s.
 constexpr double kLandsWithin = 0.02;
 
-const RobotDescription& checked(const RobotDescription& robot,
+const RobotDescription& checked(const RobotDescription& robot, const FootPositions& hips,
                                 const RobotControlSettings& settings) {
   if (auto text = settings.explain_invalid(); !text.empty())
     throw std::invalid_argument("robot controller: " + text);
   if (robot.points.size() < kLegs)
     throw std::invalid_argument("robot controller: " + std::to_string(robot.points.size()) +
                                 " points; the first four must be the feet");
+  if (!hips.allFinite()) throw std::invalid_argument("robot controller: hips must be finite");
   return robot;
 }
 
 }  // namespace
 
 std::string RobotControlSettings::explain_invalid() const {
-  if (auto text = whole_body.explain_invalid(); !text.empty()) return "whole_body: " + text;
-  if (auto text = gait.explain_invalid(); !text.empty()) return "gait: " + text;
-  for (const auto& [name, value] : {std::pair{"friction", friction},
-                                    {"swing_clearance", swing_clearance},
-                                    {"foothold_gain", foothold_gain},
-                                    {"reach_speed", reach_speed},
-                                    {"reach_depth", reach_depth},
-                                    {"penetration", penetration},
-                                    {"foot_radius", foot_radius}})
-    if (!(value >= 0) || !std::isfinite(value))
-      return std::string(name) + " is " + std::to_string(value) +
-             "; it must be finite and not negative";
-  return {};
+  return SettingRules()
+      .nested("whole_body: ", whole_body.explain_invalid())
+      .nested("gait: ", gait.explain_invalid())
+      .nested("contact: ", contact.explain_invalid())
+      .not_negative("friction", friction)
+      .not_negative("swing_clearance", swing_clearance)
+      .not_negative("foothold_gain", foothold_gain)
+      .not_negative("reach_speed", reach_speed)
+      .not_negative("reach_depth", reach_depth)
+      .not_negative("penetration", penetration)
+      .not_negative("foot_radius", foot_radius)
+      .sentence();
 }
 
 RobotController::RobotController(const RobotDescription& robot, const FootPositions& hips,
                                  const RobotControlSettings& settings)
     : settings_(settings),
-      model_(checked(robot, settings)),
+      model_(checked(robot, hips, settings)),
       controller_(model_, settings.whole_body),
       hips_(hips) {
   monitors_.fill(ContactMonitor(settings.contact));

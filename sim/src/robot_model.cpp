@@ -167,7 +167,10 @@ const Eigen::MatrixXd& RobotModel::mass_matrix() const { return pinocchio_->mass
 const Eigen::VectorXd& RobotModel::bias() const { return pinocchio_->bias; }
 const PointKinematics& RobotModel::com() const { return pinocchio_->com; }
 const PointKinematics& RobotModel::point(int index) const {
-  return pinocchio_->points.at(static_cast<std::size_t>(index));
+  if (index < 0 || index >= points())
+    throw std::out_of_range("point is " + std::to_string(index) + "; the robot has " +
+                            std::to_string(points()));
+  return pinocchio_->points[static_cast<std::size_t>(index)];
 }
 const Eigen::Matrix3d& RobotModel::rotation() const { return pinocchio_->rotation; }
 

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
+
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 
@@ -18,8 +21,41 @@ using Clock = std::chrono::steady_clock;
 using ConstVector3Map = Eigen::Map<const Vector3>;
 using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-void check(bool is_good, const std::string& text) {
-  if (!is_good) throw std::invalid_argument("team simulation: " + text);
+void require(const SettingRules& rules) {
+  if (const std::string text = rules.sentence(); !text.empty())
+    throw std::invalid_argument("team simulation: " + text);
+}
+
+/// Whether a member and its parts are in the model.
+SettingRules rules_of(const TeamMember& member, const mjModel& model) {
+  const auto is_free = [&](int body) {
+    return model.body_jntnum[body] == 1 && model.jnt_type[model.body_jntadr[body]] == mjJNT_FREE;
+  };
+  SettingRules rules(member.name + ": ");
+  const auto bodies = static_cast<int>(model.nbody);
+  rules.one_of("trunk", member.trunk, bodies, 1);
+  if (rules.sentence().empty())
+    rules.check(is_free(member.trunk), "trunk", member.trunk, "a body with a free joint");
+  for (std::size_t i = 0; i < member.joints.size(); ++i) {
+    const std::string name = entry("joints", i);
+    const int joint = member.joints[i];
+    rules.one_of(name, joint, static_cast<int>(model.njnt));
+    if (rules.sentence().empty())
+      rules.check(model.jnt_type[joint] == mjJNT_HINGE, name, joint, "a hinge");
+  }
+  for (std::size_t i = 0; i < member.motors.size(); ++i)
+    rules.one_of(entry("motors", i), member.motors[i], static_cast<int>(model.nu));
+  for (std::size_t i = 0; i < member.foot_geoms.size(); ++i)
+    rules.one_of(entry("foot_geoms", i), member.foot_geoms[i], static_cast<int>(model.ngeom));
+  return rules;
+}
+
+SettingRules rules_of(const BarSites& bar, const mjModel& model) {
+  const auto sites = static_cast<int>(model.nsite);
+  return SettingRules("bar.")
+      .one_of("first", bar.first, sites)
+      .one_of("second", bar.second, sites)
+      .not_negative("length", bar.length);
 }
 
 }  // namespace
@@ -32,15 +68,15 @@ struct TeamSimulation::Robot {
         position_address(model->jnt_qposadr[model->body_jntadr[given.trunk]]),
         velocity_address(model->jnt_dofadr[model->body_jntadr[given.trunk]]) {
     const int n = controller.model().joints();
-    check(static_cast<int>(given.joints.size()) == n && static_cast<int>(given.motors.size()) == n,
-          given.name + " has " + std::to_string(n) + " hinges; each needs a joint and a motor");
+    const std::string rule = std::to_string(n) + ", one for each hinge of the robot";
+    require(
+        SettingRules(given.name + ": ")
+            .check(std::ssize(given.joints) == n, "number of joints", given.joints.size(), rule)
+            .check(std::ssize(given.motors) == n, "number of motors", given.motors.size(), rule));
     for (const int joint : given.joints) {
-      check(joint >= 0 && joint < model->njnt, given.name + ": a joint does not exist");
       joint_positions.push_back(model->jnt_qposadr[joint]);
       joint_velocities.push_back(model->jnt_dofadr[joint]);
     }
-    for (const int motor : given.motors)
-      check(motor >= 0 && motor < model->nu, given.name + ": a motor does not exist");
     state.joint_positions.setZero(n);
     state.joint_velocities.setZero(n);
   }
@@ -63,31 +99,25 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
       foot_of_(static_cast<std::size_t>(model->ngeom), -1),
       bars_(std::move(bars)),
       disturbances_(std::move(disturbances)) {
-  check(mj_version() == mjVERSION_HEADER, "MuJoCo's library and headers differ in version");
+  require(SettingRules().check(mj_version() == mjVERSION_HEADER, "version of MuJoCo's library",
+                               mj_version(), std::to_string(mjVERSION_HEADER)));
   for (const TeamMember& member : members) {
-    check(member.trunk > 0 && member.trunk < model->nbody &&
-              model->body_jntnum[member.trunk] == 1 &&
-              model->jnt_type[model->body_jntadr[member.trunk]] == mjJNT_FREE,
-          member.name + ": the trunk must be a body with a free joint");
+    require(rules_of(member, *model));
     for (int leg = 0; leg < kLegs; ++leg) {
       const int geom = member.foot_geoms[static_cast<std::size_t>(leg)];
-      check(geom >= 0 && geom < model->ngeom, member.name + ": a foot's geom does not exist");
       foot_of_[static_cast<std::size_t>(geom)] = kLegs * static_cast<int>(robots_.size()) + leg;
     }
     keep_off_[static_cast<std::size_t>(member.trunk)] = 1;
     robots_.push_back(std::make_unique<Robot>(model, member));
   }
+  const auto bodies = static_cast<int>(model->nbody);
   for (const int body : keep_off) {
-    check(body > 0 && body < model->nbody, "a body to keep off the ground does not exist");
+    require(SettingRules().one_of("keep_off", body, bodies, 1));
     keep_off_[static_cast<std::size_t>(body)] = 1;
   }
-  for (const BarSites& bar : bars_)
-    check(std::min(bar.first, bar.second) >= 0 && std::max(bar.first, bar.second) < model->nsite,
-          "a bar's site does not exist");
-  for (const Disturbance& disturbance : disturbances_) {
-    const std::string text = explain_invalid(disturbance, static_cast<int>(model->nbody));
-    check(text.empty(), text);
-  }
+  for (const BarSites& bar : bars_) require(rules_of(bar, *model));
+  for (const Disturbance& disturbance : disturbances_)
+    require(SettingRules().nested(explain_invalid(disturbance, bodies)));
   mj_forward(model_, data_);
   read_foot_forces();
   for (auto& robot : robots_) measure(*robot);
@@ -96,9 +126,11 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
 TeamSimulation::~TeamSimulation() = default;
 
 int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
-  if (targets.size() != robots_.size())  // the text is made only when it is needed
-    check(false, std::to_string(targets.size()) + " targets for " + std::to_string(robots_.size()) +
-                     " robots");
+  if (targets.size() != robots_.size() || periods < 0)  // the rules allocate
+    require(SettingRules()
+                .check(targets.size() == robots_.size(), "number of targets", targets.size(),
+                       std::to_string(robots_.size()) + ", one for each robot")
+                .at_least("periods", periods, 0));
   for (int period = 0; period < periods; ++period) {
     if (has_fallen()) return period;
     for (std::size_t i = 0; i < robots_.size(); ++i) control(*robots_[i], targets[i]);
@@ -169,7 +201,7 @@ void TeamSimulation::read_foot_forces() {
 
 void TeamSimulation::disturb() {
   if (disturbances_.empty()) return;
-  mju_zero(data_->qfrc_applied, model_->nv);
+  mju_zero(data_->qfrc_applied, static_cast<int>(model_->nv));
   for (const Disturbance& disturbance : disturbances_) {
     const int body = std::visit([](const auto& d) { return d.body; }, disturbance);
     const Vector3 arm = std::visit([](const auto& d) { return d.point; }, disturbance);
@@ -226,17 +258,21 @@ void TeamSimulation::set_fall(const std::string& what) {
 
 double TeamSimulation::time() const { return data_->time; }
 int TeamSimulation::robots() const { return static_cast<int>(robots_.size()); }
-const RobotController& TeamSimulation::controller(int robot) const {
-  return robots_.at(static_cast<std::size_t>(robot))->controller;
+TeamSimulation::Robot& TeamSimulation::robot(int index) const {
+  if (index < 0 || index >= robots())
+    throw std::out_of_range("robot is " + std::to_string(index) + "; the team has " +
+                            std::to_string(robots()));
+  return *robots_[static_cast<std::size_t>(index)];
 }
-RobotObservation TeamSimulation::observe(int robot) {
-  return robots_.at(static_cast<std::size_t>(robot))->controller.observe(measured(robot));
+const RobotController& TeamSimulation::controller(int index) const {
+  return robot(index).controller;
 }
-const RobotState& TeamSimulation::measured(int robot) const {
-  return robots_.at(static_cast<std::size_t>(robot))->measurement.current();
+RobotObservation TeamSimulation::observe(int index) {
+  return robot(index).controller.observe(measured(index));
 }
-const FootForces& TeamSimulation::foot_forces(int robot) const {
-  return robots_.at(static_cast<std::size_t>(robot))->forces;
+const RobotState& TeamSimulation::measured(int index) const {
+  return robot(index).measurement.current();
 }
+const FootForces& TeamSimulation::foot_forces(int index) const { return robot(index).forces; }
 
 }  // namespace palanquin

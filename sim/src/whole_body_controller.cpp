@@ -1,7 +1,8 @@
 #include "palanquin/sim/whole_body_controller.hpp"
 
-#include <cmath>
 #include <stdexcept>
+
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
 
@@ -15,20 +16,18 @@ bool is_cone(const Contact& contact) { return contact.friction >= 0; }
 }  // namespace
 
 std::string WholeBodySettings::explain_invalid() const {
-  for (const auto& [name, weight] : {std::pair{"torque_weight", torque_weight},
-                                     {"force_weight", force_weight},
-                                     {"slack_weight", slack_weight},
-                                     {"largest_force", largest_force}})
-    if (!(weight > 0) || !std::isfinite(weight))
-      return std::string(name) + " is " + std::to_string(weight) + "; it must be positive";
+  SettingRules rules;
+  rules.positive("torque_weight", torque_weight)
+      .positive("force_weight", force_weight)
+      .positive("slack_weight", slack_weight)
+      .positive("largest_force", largest_force)
+      .not_negative("contact_damping", contact_damping)
+      .at_least("hold_periods", hold_periods, 0);
   for (const auto& [name, gains] :
        {std::pair{"com", com}, {"orientation", orientation}, {"point", point}, {"joint", joint}})
-    if (!(gains.kp >= 0) || !(gains.kd >= 0) || !std::isfinite(gains.kp + gains.kd))
-      return std::string(name) + ": kp and kd must be finite and not negative";
-  if (!(contact_damping >= 0) || !std::isfinite(contact_damping))
-    return "contact_damping is " + std::to_string(contact_damping) + "; it must not be negative";
-  if (hold_periods < 0) return "hold_periods must not be negative";
-  return {};
+    rules.not_negative(std::string(name) + ".kp", gains.kp)
+        .not_negative(std::string(name) + ".kd", gains.kd);
+  return rules.sentence();
 }
 
 WholeBodyController::WholeBodyController(const RobotModel& model, const WholeBodySettings& settings)
@@ -38,7 +37,8 @@ WholeBodyController::WholeBodyController(const RobotModel& model, const WholeBod
   const int most = 6 + 3 * model.points() + model.joints();
   outputs_.setZero(most, model.nv());
   demand_.setZero(most);
-  result_.torques.setZero(model.joints());
+  workspaces_.resize(static_cast<std::size_t>(model.points()) + 1);
+  now().result.torques.setZero(model.joints());
   last_good_.setZero(model.joints());
 }
 
@@ -105,63 +105,68 @@ void WholeBodyController::add_contact(const Contact& contact) {
 }
 
 void WholeBodyController::add_force(int point, const Vector3& force) {
-  bias_ -= model_->point(point).jacobian.transpose() * force;
+  bias_.noalias() -= model_->point(point).jacobian.transpose() * force;
 }
 
 void WholeBodyController::build() {
   const RobotModel& model = *model_;
   const Eigen::Index n = model.joints(), nv = model.nv();
   const auto nf = static_cast<Eigen::Index>(3 * contacts_.size());
+  now_ = contacts_.size();
+  if (now_ >= workspaces_.size()) workspaces_.resize(now_ + 1);
+  auto& [response, phi, phi_error, qp, solver, result] = now();
   // v' = response [tau; f] + free, from (24).
   mass_.compute(model.mass_matrix());
-  response_.setZero(nv, n + nf);
-  response_.bottomLeftCorner(n, n).setIdentity();
+  response.setZero(nv, n + nf);
+  response.bottomLeftCorner(n, n).setIdentity();
   for (std::size_t i = 0; i < contacts_.size(); ++i)
-    response_.middleCols(n + 3 * static_cast<Eigen::Index>(i), 3) =
+    response.middleCols(n + 3 * static_cast<Eigen::Index>(i), 3) =
         model.point(contacts_[i].point).jacobian.transpose();
-  mass_.solveInPlace(response_);
-  free_ = -mass_.solve(bias_);
+  mass_.solveInPlace(response);
+  free_ = -bias_;
+  mass_.solveInPlace(free_);
 
-  phi_.noalias() = outputs_.topRows(rows_) * response_;
-  phi_error_.noalias() = outputs_.topRows(rows_) * free_;
-  phi_error_ -= demand_.head(rows_);
+  phi.noalias() = outputs_.topRows(rows_) * response;
+  phi_error.noalias() = outputs_.topRows(rows_) * free_;
+  phi_error -= demand_.head(rows_);
 
-  qp_.H.setZero(n + nf, n + nf);
-  qp_.H.selfadjointView<Eigen::Lower>().rankUpdate(phi_.transpose(), settings_.slack_weight);
-  qp_.H.diagonal().head(n).array() += settings_.torque_weight;
-  qp_.H.diagonal().tail(nf).array() += settings_.force_weight;
-  qp_.g.noalias() = settings_.slack_weight * phi_.transpose() * phi_error_;
+  qp.H.setZero(n + nf, n + nf);
+  qp.H.selfadjointView<Eigen::Lower>().rankUpdate(phi.transpose(), settings_.slack_weight);
+  qp.H.diagonal().head(n).array() += settings_.torque_weight;
+  qp.H.diagonal().tail(nf).array() += settings_.force_weight;
+  qp.g.noalias() = settings_.slack_weight * phi.transpose() * phi_error;
   for (std::size_t i = 0; i < contacts_.size(); ++i)
-    qp_.g.segment<3>(n + 3 * static_cast<Eigen::Index>(i)) -=
+    qp.g.segment<3>(n + 3 * static_cast<Eigen::Index>(i)) -=
         settings_.force_weight * contacts_[i].force;
 
   Eigen::Index cones = 0;
   for (const Contact& contact : contacts_) cones += is_cone(contact);
-  qp_.equalities = static_cast<int>(nf);
-  qp_.A.setZero(nf + 2 * n + kRowsPerCone * cones, n + nf);
-  qp_.b.setZero(qp_.A.rows());
-  build_contact_rows();
-  build_limits();
+  qp.equalities = static_cast<int>(nf);
+  qp.A.setZero(nf + 2 * n + kRowsPerCone * cones, n + nf);
+  qp.b.setZero(qp.A.rows());
+  build_contact_rows(now());
+  build_limits(qp);
 }
 
 /// (27), with the velocity that is left in a point damped.
-void WholeBodyController::build_contact_rows() {
+void WholeBodyController::build_contact_rows(Workspace& workspace) const {
+  DenseQp& qp = workspace.qp;
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const PointKinematics& p = model_->point(contacts_[i].point);
     const auto row = static_cast<Eigen::Index>(3 * i);
-    qp_.A.middleRows<3>(row).noalias() = p.jacobian * response_;
-    qp_.b.segment<3>(row) = -settings_.contact_damping * p.velocity - p.drift;
-    qp_.b.segment<3>(row).noalias() -= p.jacobian * free_;
+    qp.A.middleRows<3>(row).noalias() = p.jacobian * workspace.response;
+    qp.b.segment<3>(row) = -settings_.contact_damping * p.velocity - p.drift;
+    qp.b.segment<3>(row).noalias() -= p.jacobian * free_;
   }
 }
 
 /// Torque limits and the friction pyramid of (9), inscribed in the cone of mu.
-void WholeBodyController::build_limits() {
+void WholeBodyController::build_limits(DenseQp& qp) const {
   const Eigen::Index n = model_->joints();
-  Eigen::Index row = qp_.equalities;
+  Eigen::Index row = qp.equalities;
   for (const double sign : {1.0, -1.0}) {  // sign tau >= -limit
-    qp_.A.block(row, 0, n, n).diagonal().setConstant(sign);
-    qp_.b.segment(row, n) = -model_->effort();
+    qp.A.block(row, 0, n, n).diagonal().setConstant(sign);
+    qp.b.segment(row, n) = -model_->effort();
     row += n;
   }
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -170,47 +175,48 @@ void WholeBodyController::build_limits() {
     const double slope = contacts_[i].friction / std::sqrt(2.0);
     for (const Eigen::Index tangent : {x, y})
       for (const double sign : {1.0, -1.0}) {
-        qp_.A(row, tangent) = sign;
-        qp_.A(row++, z) = slope;
+        qp.A(row, tangent) = sign;
+        qp.A(row++, z) = slope;
       }
-    qp_.A(row++, z) = 1;
-    qp_.A(row, z) = -1;
-    qp_.b[row++] = -settings_.largest_force;
+    qp.A(row++, z) = 1;
+    qp.A(row, z) = -1;
+    qp.b[row++] = -settings_.largest_force;
   }
 }
 
 const WholeBodyResult& WholeBodyController::solve() {
   build();
-  result_.status = solver_.solve(qp_);
-  result_.active_rows_changed = solver_.changes();
+  DenseQpSolver& solver = now().solver;
+  WholeBodyResult& result = now().result;
+  result.status = solver.solve(now().qp);
+  result.active_rows_changed = solver.changes();
   const auto contacts = static_cast<Eigen::Index>(contacts_.size());
-  result_.is_fallback = result_.status != Status::Converged;
-  if (result_.is_fallback) {
-    result_.forces.setZero(3, contacts);
-    result_.slack.setZero(rows_);
-    fall_back();
-    return result_;
+  result.is_fallback = result.status != Status::Converged;
+  if (result.is_fallback) {
+    result.forces.setZero(3, contacts);
+    result.slack.setZero(rows_);
+    fall_back(result.torques);
+    return result;
   }
   const Eigen::Index n = model_->joints();
-  result_.torques =
-      solver_.solution().head(n).cwiseMin(model_->effort()).cwiseMax(-model_->effort());
-  result_.forces = solver_.solution().tail(3 * contacts).reshaped(3, contacts);
-  result_.slack.noalias() = phi_ * solver_.solution();
-  result_.slack += phi_error_;
-  last_good_ = result_.torques;
+  result.torques = solver.solution().head(n).cwiseMin(model_->effort()).cwiseMax(-model_->effort());
+  result.forces = solver.solution().tail(3 * contacts).reshaped(3, contacts);
+  result.slack.noalias() = now().phi * solver.solution();
+  result.slack += now().phi_error;
+  last_good_ = result.torques;
   has_good_ = true;
   periods_since_good_ = 0;
-  return result_;
+  return result;
 }
 
-void WholeBodyController::fall_back() {
-  result_.torques = last_good_;
+void WholeBodyController::fall_back(Eigen::VectorXd& torques) {
+  torques = last_good_;
   if (has_good_ && ++periods_since_good_ <= settings_.hold_periods) return;
   const Eigen::Index n = model_->joints();
-  Eigen::VectorXd& torques = result_.torques;
   torques = bias_.tail(n) - kFallbackDamping * model_->velocity().tail(n);
   for (const Contact& contact : contacts_)
-    torques -= model_->point(contact.point).jacobian.rightCols(n).transpose() * contact.force;
+    torques.noalias() -=
+        model_->point(contact.point).jacobian.rightCols(n).transpose() * contact.force;
   if (!torques.allFinite()) torques.setZero();
   torques = torques.cwiseMin(model_->effort()).cwiseMax(-model_->effort());
 }

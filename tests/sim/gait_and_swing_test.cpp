@@ -34,7 +34,7 @@ TEST(GaitPattern, ExplainsWhatIsWrong) {
   EXPECT_NE(gait.explain_invalid().find("period is 0"), std::string::npos);
   gait = {};
   gait.duty[2] = 1.5;
-  EXPECT_NE(gait.explain_invalid().find("duty is 1.5"), std::string::npos);
+  EXPECT_NE(gait.explain_invalid().find("duty[2] is 1.5"), std::string::npos);
 }
 
 TEST(Swing, StartsAndEndsAtRestOnItsFootholds) {

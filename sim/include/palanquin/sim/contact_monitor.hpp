@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 namespace palanquin {
 
 enum class LegPhase {
@@ -9,18 +11,22 @@ enum class LegPhase {
 };
 
 struct ContactSettings {
-  double touch_force = 8;    ///< normal force that counts as contact, N
+  double touch_force = 8;    ///< normal force that counts as contact, N, over 0
   double release_force = 2;  ///< below which a standing foot has lost the ground, N
   double lost_time = 0.015;  ///< for so long, s
   double earliest = 0.5;     ///< share of the swing after which a contact is a touchdown
   double early_force = 15;   ///< that a foot is to bear which landed before it was due, N
+
+  /// What is wrong with it, in words; empty if nothing.
+  std::string explain_invalid() const;
 };
 
 /// Decides by the schedule and the foot's force sensor whether a leg stands: a contact late in the
 /// swing ends it early, and a leg that is due but feels nothing reaches until it does.
 class ContactMonitor {
  public:
-  explicit ContactMonitor(const ContactSettings& settings = {}) : settings_(settings) {}
+  /// Throws std::invalid_argument with the settings' `explain_invalid()`.
+  explicit ContactMonitor(const ContactSettings& settings = {});
 
   /// One period of `dt` s. `is_due`: the schedule has the leg stand; `progress`: the share of its
   /// swing that is over, if it has not; `force`: normal force of the foot, N.

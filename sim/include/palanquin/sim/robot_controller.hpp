@@ -60,7 +60,8 @@ struct RobotObservation {
 /// they stand below by default, in base axes relative to the centre of mass.
 class RobotController {
  public:
-  /// Throws std::invalid_argument for bad settings or a robot with fewer than four points.
+  /// Throws std::invalid_argument for bad settings, hips that are not finite, or a robot with fewer
+  /// than four points.
   RobotController(const RobotDescription& robot, const FootPositions& hips,
                   const RobotControlSettings& settings);
 

@@ -83,12 +83,12 @@ class RobotModel {
   /// Evaluates all that follows. The state has n joints; otherwise std::invalid_argument.
   void update(const RobotState& state);
 
-  const Eigen::VectorXd& velocity() const;     ///< v
-  const Eigen::MatrixXd& mass_matrix() const;  ///< D, both triangles
-  const Eigen::VectorXd& bias() const;         ///< H
-  const PointKinematics& com() const;          ///< of the whole robot
-  const PointKinematics& point(int index) const;
-  const Eigen::Matrix3d& rotation() const;  ///< of the base, body to world
+  const Eigen::VectorXd& velocity() const;        ///< v
+  const Eigen::MatrixXd& mass_matrix() const;     ///< D, both triangles
+  const Eigen::VectorXd& bias() const;            ///< H
+  const PointKinematics& com() const;             ///< of the whole robot
+  const PointKinematics& point(int index) const;  ///< std::out_of_range if there is none
+  const Eigen::Matrix3d& rotation() const;        ///< of the base, body to world
 
  private:
   struct Pinocchio;

@@ -60,7 +60,8 @@ class TeamSimulation {
   TeamSimulation(const TeamSimulation&) = delete;
   TeamSimulation& operator=(const TeamSimulation&) = delete;
 
-  /// Up to `periods` physics steps; returns how many were done. None after a fall.
+  /// Up to `periods` physics steps; returns how many were done. None after a fall. Throws
+  /// std::invalid_argument unless there is a target for each robot.
   int run(int periods, const std::vector<RobotTarget>& targets);
 
   double time() const;
@@ -70,6 +71,7 @@ class TeamSimulation {
   const TeamExtremes& extremes() const { return extremes_; }
 
   int robots() const;
+  /// Of one robot, as all below; std::out_of_range for one that the team has not.
   const RobotController& controller(int robot) const;
   /// The robot as its controller knows it now.
   RobotObservation observe(int robot);
@@ -80,6 +82,7 @@ class TeamSimulation {
 
  private:
   struct Robot;
+  Robot& robot(int index) const;
   void measure(Robot& robot);
   void control(Robot& robot, const RobotTarget& target);
   void read_foot_forces();

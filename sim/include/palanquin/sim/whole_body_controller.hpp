@@ -99,16 +99,28 @@ class WholeBodyController {
   /// for `hold_periods`; after that, or without any, they carry the desired forces and damp.
   const WholeBodyResult& solve();
 
-  const WholeBodyResult& result() const { return result_; }
-  const DenseQp& qp() const { return qp_; }  ///< the last one solved
-  const Eigen::VectorXd& multipliers() const { return solver_.multipliers(); }
+  const WholeBodyResult& result() const { return now().result; }
+  const DenseQp& qp() const { return now().qp; }  ///< the last one solved
+  const Eigen::VectorXd& multipliers() const { return now().solver.multipliers(); }
 
  private:
+  /// All that has another size for another number of contacts: one for each number, so that a gait
+  /// allocates only where a number comes for the first time.
+  struct Workspace {
+    Eigen::MatrixXd response;   ///< D^-1 [S, J'], v' per unit of tau and f
+    Eigen::MatrixXd phi;        ///< [Phi_tau, Phi_f] of (26)
+    Eigen::VectorXd phi_error;  ///< Phi [tau; f] + phi_error = delta
+    DenseQp qp;
+    DenseQpSolver solver;
+    WholeBodyResult result;
+  };
+  Workspace& now() { return workspaces_[now_]; }
+  const Workspace& now() const { return workspaces_[now_]; }
   int add_outputs(int rows);
   void build();
-  void build_contact_rows();
-  void build_limits();
-  void fall_back();
+  void build_contact_rows(Workspace& workspace) const;
+  void build_limits(DenseQp& qp) const;
+  void fall_back(Eigen::VectorXd& torques);
 
   WholeBodySettings settings_;
   const RobotModel* model_ = nullptr;
@@ -118,13 +130,9 @@ class WholeBodyController {
   int rows_ = 0;             ///< of them in use
   std::vector<Contact> contacts_;
   Eigen::LLT<Eigen::MatrixXd> mass_;
-  Eigen::MatrixXd response_;   ///< D^-1 [S, J'], v' per unit of tau and f
-  Eigen::VectorXd free_;       ///< v' for tau = f = 0
-  Eigen::MatrixXd phi_;        ///< [Phi_tau, Phi_f] of (26)
-  Eigen::VectorXd phi_error_;  ///< Phi [tau; f] + phi_error = delta
-  DenseQp qp_;
-  DenseQpSolver solver_;
-  WholeBodyResult result_;
+  Eigen::VectorXd free_;  ///< v' for tau = f = 0
+  std::vector<Workspace> workspaces_;
+  std::size_t now_ = 0;  ///< which of them: the number of contacts
   Eigen::VectorXd last_good_;
   int periods_since_good_ = 0;
   bool has_good_ = false;
