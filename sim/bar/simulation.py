@@ -20,7 +20,7 @@ def make_simulation(
     measurement: _sim.MeasurementSettings,
     disturbances: Sequence[Force | Rope] = (),
 ) -> _sim.TeamSimulation:
-    """A stepper of `data`, which must outlive it; every robot gets the same control settings.
+    """A stepper of `data`; every robot gets the same control settings.
 
     The measurement's seed is the first robot's, the next ones' count up from it. Raises InputError
     for a disturbance of a robot that is not there, ValueError for bad settings.
@@ -39,8 +39,8 @@ def make_simulation(
     model = scene.model
     bodies = [model.body(name).id for name in _bars(scene)]
     return _sim.TeamSimulation(
-        model._address,
-        data._address,
+        model,
+        data,
         members,
         keep_off=bodies,
         bars=[_bar_sites(scene, index) for index in range(scene.team.robots - 1)],

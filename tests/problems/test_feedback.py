@@ -8,6 +8,8 @@ import pytest
 from palanquin import Sqp, _core
 from palanquin.problems import clm
 
+pytestmark = pytest.mark.bindings
+
 
 @pytest.fixture(scope="module")
 def planner() -> clm.Planner:

@@ -9,6 +9,8 @@ from support.small_problems import LIBRARY
 
 import palanquin as pq
 
+pytestmark = pytest.mark.bindings
+
 HORIZON = LIBRARY["RigidBody"].N
 
 

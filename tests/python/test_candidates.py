@@ -8,6 +8,8 @@ import pytest
 
 import palanquin as pq
 
+pytestmark = pytest.mark.bindings
+
 
 @pytest.fixture(scope="module")
 def two_valleys() -> pq.Lowered:

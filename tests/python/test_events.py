@@ -10,6 +10,8 @@ from scipy.optimize import brentq
 import palanquin as pq
 from palanquin.events import Event, EventKind, count_events, plan_events
 
+pytestmark = pytest.mark.bindings
+
 OFFSET = 0.05
 # A filter that refuses nothing leaves the cycle to its own guard.
 LOOSE = {"cost_resolution": 10.0}

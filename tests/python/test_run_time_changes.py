@@ -11,6 +11,8 @@ from support.small_problems import LIBRARY
 
 import palanquin as pq
 
+pytestmark = pytest.mark.bindings
+
 
 @pytest.fixture
 def hopper(lowered):

@@ -139,6 +139,7 @@ def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
     assert (np.abs(force[..., :2]).max(axis=-1) <= limit + 1e-3).all()
 
 
+@pytest.mark.bindings
 def test_runs_repeat_themselves():
     def walk(sensors: Sensors, seed: int = 2):
         scenario = BarScenario(duration=0.7, sensors=sensors, seed=seed)
@@ -157,6 +158,7 @@ def test_runs_repeat_themselves():
     assert np.abs(first.qpos[:, 0] - other.qpos[:, 0] - start).max() > 1e-4
 
 
+@pytest.mark.bindings
 def test_a_fall_ends_the_run_and_says_why():
     push = Force.constant(0, (0.0, 900.0, 0.0), 0.1, 0.6)
     scenario = BarScenario(forces=(push,), duration=3.0)
@@ -177,6 +179,7 @@ def test_forces_act_as_described():
     np.testing.assert_allclose(steady.force(3.0), [1, 2, 3])
 
 
+@pytest.mark.bindings
 def test_a_rope_pulls_once_it_is_taut():
     """Held in place, a robot that stands is dragged towards the anchor."""
     rope = Rope(0, anchor=(1.2, 0.5, 0.3), velocity=(0.5, 0.0, 0.0), slack=1.2, start=0.1)

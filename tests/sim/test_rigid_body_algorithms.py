@@ -9,6 +9,8 @@ from palanquin.problems.robots import A1, LAIKAGO
 from palanquin.sim.quadruped import armed_quadruped, bare_quadruped
 from palanquin.sim.robot_description import describe_robot
 
+pytestmark = pytest.mark.bindings
+
 ROBOTS = {
     "a1": lambda: bare_quadruped(A1, visual=False),
     "armed laikago": lambda: armed_quadruped(LAIKAGO, visual=False),

@@ -2,6 +2,8 @@
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
+#include <stdexcept>
+
 #include "bindings.hpp"
 #include "palanquin/sim/robot_controller.hpp"
 
@@ -34,7 +36,14 @@ void bind_control(nb::module_& m) {
       .def_rw("duty", &GaitPattern::duty)
       .def_rw("offset", &GaitPattern::offset)
       .def_rw("start", &GaitPattern::start)
-      .def("stands", &GaitPattern::stands, "leg"_a, "time"_a)
+      .def(
+          "stands",
+          [](const GaitPattern& gait, int leg, double time) {
+            if (leg < 0 || leg >= kLegs)
+              throw std::out_of_range("leg is " + std::to_string(leg) + "; 0 to 3 exist");
+            return gait.stands(leg, time);
+          },
+          "leg"_a, "time"_a)
       .def("explain_invalid", &GaitPattern::explain_invalid);
   nb::class_<ContactSettings>(m, "ContactSettings", "See contact_monitor.hpp.")
       .def(nb::init<>())
@@ -42,7 +51,8 @@ void bind_control(nb::module_& m) {
       .def_rw("release_force", &ContactSettings::release_force)
       .def_rw("lost_time", &ContactSettings::lost_time)
       .def_rw("earliest", &ContactSettings::earliest)
-      .def_rw("early_force", &ContactSettings::early_force);
+      .def_rw("early_force", &ContactSettings::early_force)
+      .def("explain_invalid", &ContactSettings::explain_invalid);
   nb::class_<RobotControlSettings>(m, "RobotControlSettings", "See robot_controller.hpp.")
       .def(nb::init<>())
       .def_rw("whole_body", &RobotControlSettings::whole_body)

@@ -1,6 +1,9 @@
 #include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
+
+#include <memory>
 
 #include "bindings.hpp"
 #include "palanquin/sim/robot_model.hpp"
@@ -9,6 +12,26 @@ namespace nb = nanobind;
 using namespace nb::literals;
 
 namespace palanquin {
+
+namespace {
+
+/// A vector whose size may change: handed out as a copy, since a view would dangle after the next
+/// assignment, and read-only, since a change of the copy would be lost.
+template <Eigen::VectorXd RobotState::* vector>
+nb::ndarray<nb::numpy, const double, nb::ndim<1>> values(const RobotState& state) {
+  auto copy = std::make_unique<Eigen::VectorXd>(state.*vector);
+  const auto size = static_cast<std::size_t>(copy->size());
+  const double* data = copy->data();
+  const nb::capsule owner(copy.release(),
+                          [](void* p) noexcept { delete static_cast<Eigen::VectorXd*>(p); });
+  return {data, {size}, owner};
+}
+template <Eigen::VectorXd RobotState::* vector>
+void set_values(RobotState& state, const Eigen::VectorXd& all) {
+  state.*vector = all;
+}
+
+}  // namespace
 
 void bind_robot(nb::module_& m) {
   nb::class_<BodyDescription>(m, "BodyDescription", "A link; see robot_model.hpp.")
@@ -38,10 +61,14 @@ void bind_robot(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("base_position", &RobotState::base_position)
       .def_rw("base_orientation", &RobotState::base_orientation)
-      .def_rw("joint_positions", &RobotState::joint_positions)
+      .def_prop_rw("joint_positions", &values<&RobotState::joint_positions>,
+                   &set_values<&RobotState::joint_positions>,
+                   nb::for_getter(nb::rv_policy::automatic), "[n], rad; a copy.")
       .def_rw("base_velocity", &RobotState::base_velocity)
       .def_rw("base_rate", &RobotState::base_rate)
-      .def_rw("joint_velocities", &RobotState::joint_velocities);
+      .def_prop_rw("joint_velocities", &values<&RobotState::joint_velocities>,
+                   &set_values<&RobotState::joint_velocities>,
+                   nb::for_getter(nb::rv_policy::automatic), "[n], rad/s; a copy.");
   nb::class_<PointKinematics>(m, "PointKinematics", "p'' = J v' + drift, world axes.")
       .def_ro("position", &PointKinematics::position)
       .def_ro("velocity", &PointKinematics::velocity)

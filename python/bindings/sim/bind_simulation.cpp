@@ -5,6 +5,8 @@
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 
 #include "bindings.hpp"
 #include "palanquin/sim/team_simulation.hpp"
@@ -15,6 +17,25 @@ using namespace nb::literals;
 namespace palanquin {
 
 namespace {
+
+/// The C struct behind an object of the Python package mujoco, whose type `kind` names.
+template <class Struct>
+Struct* struct_of(const nb::object& object, const char* kind) {
+  if (!nb::isinstance(object, nb::module_::import_("mujoco").attr(kind)))
+    throw nb::type_error((std::string("a mujoco.") + kind + " is needed").c_str());
+  return reinterpret_cast<Struct*>(nb::cast<std::uintptr_t>(object.attr("_address")));
+}
+
+void construct(TeamSimulation* self, const nb::object& model, const nb::object& data,
+               const std::vector<TeamMember>& members, std::vector<int> keep_off,
+               std::vector<BarSites> bars, std::vector<Disturbance> disturbances) {
+  auto* const model_struct = struct_of<mjModel_>(model, "MjModel");
+  auto* const data_struct = struct_of<mjData_>(data, "MjData");
+  if (!data.attr("model").is(model))  // its arrays would have other lengths
+    throw std::invalid_argument("team simulation: data is another model's");
+  new (self) TeamSimulation(model_struct, data_struct, members, std::move(keep_off),
+                            std::move(bars), std::move(disturbances));
+}
 
 using Flags = Eigen::Matrix<bool, Eigen::Dynamic, kLegs, Eigen::RowMajor>;
 
@@ -90,18 +111,9 @@ void bind_data(nb::module_& m) {
 void bind_simulation(nb::module_& m) {
   bind_data(m);
   nb::class_<TeamSimulation>(m, "TeamSimulation", "Steps a team; see team_simulation.hpp.")
-      .def(
-          "__init__",
-          [](TeamSimulation* self, std::uintptr_t model, std::uintptr_t data,
-             const std::vector<TeamMember>& members, std::vector<int> keep_off,
-             std::vector<BarSites> bars, std::vector<Disturbance> disturbances) {
-            new (self) TeamSimulation(
-                reinterpret_cast<mjModel_*>(model), reinterpret_cast<mjData_*>(data), members,
-                std::move(keep_off), std::move(bars), std::move(disturbances));
-          },
-          "model_address"_a, "data_address"_a, "members"_a, "keep_off"_a, "bars"_a,
-          "disturbances"_a,
-          "`model_address` and `data_address` are MuJoCo's `_address`; both must outlive this.")
+      .def("__init__", &construct, "model"_a, "data"_a, "members"_a, "keep_off"_a, "bars"_a,
+           "disturbances"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
+           "`model` and `data` are a mujoco.MjModel and a mujoco.MjData of it, kept alive.")
       .def("run", &TeamSimulation::run, "periods"_a, "targets"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
