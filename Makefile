@@ -8,10 +8,11 @@ CXX_SOURCES := $(shell find core solvers sim python/bindings cmake CMakeLists.tx
 	-name '*.cpp' -o -name '*.hpp' -o -name '*.cmake' -o -name '*.in' -o -name CMakeLists.txt 2>/dev/null)
 CXX_FILES := $(shell find core solvers sim tests benchmarks python/bindings \
 	-name '*.cpp' -o -name '*.hpp' 2>/dev/null)
+FUZZ_RUNS ?= 1000
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 
 .DEFAULT_GOAL := help
-.PHONY: help build demo test test-cpp test-python bench format lint clean
+.PHONY: help build demo test test-cpp test-python bench format lint fuzz clean
 
 help: ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -42,6 +43,9 @@ lint: build ## Check format, Python style and types
 	$(BIN)/ruff check .
 	@$(if $(CXX_FILES),$(BIN)/clang-format --dry-run --Werror $(CXX_FILES))
 	tools/check-types $(BIN)
+
+fuzz: build ## Feed the readers of files with mutations of good ones
+	tools/fuzz $(BIN) $(FUZZ_RUNS)
 
 clean: ## Remove the environment, the build and the outputs
 	rm -rf $(VENV) build out
