@@ -35,6 +35,7 @@ class LinearMpc:
         self.lowered = problem.lower()
         self.params = self.lowered.parameters()
         options = {"max_iterations": 1, "globalize": False, **options}
+        options.setdefault("restoration", {"elastic": False})  # the slack of settings is for that
         options.setdefault("subproblem", {"max_inner_iterations": 1})
         options.setdefault("qp_settings", {"structured": {"equality_weight": _EQUALITY_WEIGHT}})
         self.sqp = Sqp(self.lowered, qp=qp, **options)

@@ -50,7 +50,8 @@ void bind_settings(nb::module_& m) {
   nb::class_<RestorationSettings>(m, "RestorationSettings")
       .def(nb::init<>())
       .def_rw("proximal", &RestorationSettings::proximal)
-      .def_rw("certificate", &RestorationSettings::certificate);
+      .def_rw("certificate", &RestorationSettings::certificate)
+      .def_rw("elastic", &RestorationSettings::elastic);
   nb::class_<PenaltySubproblemSettings>(m, "SubproblemSettings")
       .def(nb::init<>())
       .def_rw("max_inner_iterations", &PenaltySubproblemSettings::max_inner_iterations)

@@ -74,6 +74,8 @@ class OsqpQpSolver final : public QpSolver {
     return {.inequality_rows = true, .link_rows = true, .starts_warm = true, .stops_early = true};
   }
 
+  double accuracy() const override { return std::max(settings_.eps_abs, settings_.eps_rel); }
+
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {
     Stopwatch stopwatch;
     const QpStatus prepared = prepare(qp, model);

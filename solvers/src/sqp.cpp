@@ -326,7 +326,8 @@ void Sqp::accept(double alpha, StepKind kind, IterationRecord& record) {
 bool Sqp::restore(IterationRecord& record) {
   const bool rows_failed =
       !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
-  if (status_ != Status::NotSolved || !rows_failed) return false;
+  const bool may = !is_real_time_ || settings_.restoration.elastic;
+  if (status_ != Status::NotSolved || !rows_failed || !may) return false;
   if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
   constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
   filter_.add(merit_of(evaluation_));
@@ -402,7 +403,18 @@ void Sqp::keep_iterate(IterationRecord& record) {
                                    describe_worst_rows(iterate_));
   else
     finish(Status::QpFailed, "the QP back end '" + std::string(qp_solver_->name()) +
-                                 "' answered: " + std::string(to_string(record.qp_status)));
+                                 "' answered: " + std::string(to_string(record.qp_status)) +
+                                 describe_contradiction());
+}
+
+/// The worst rows of the point that violates a contradicting QP least, if the back end has one.
+std::string Sqp::describe_contradiction() {
+  const StageQpSolution* nearest = qp_solver_->least_violation();
+  if (nearest == nullptr) return "";
+  transcription_.step(iterate_, *nearest, 1.0, trial_);
+  transcription_.place_initial_state(trial_);
+  return "; " +
+         palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(), trial_);
 }
 
 /// Step 5, and what follows from the step for the next one.
@@ -498,7 +510,10 @@ bool Sqp::is_converged(IterationRecord& record) {
   qp_solver_->find_dynamics_multipliers(solution_);
   const KktError error = kkt_.evaluate(transcription_.qp(), solution_);
   record.stationarity = std::max(error.stationarity, error.complementarity);
-  return record.stationarity <= settings_.stationarity_tolerance;
+  // The multipliers are as good as the QP's solution is.
+  constexpr double kMultiplierError = 5.0;
+  return record.stationarity <=
+         std::max(settings_.stationarity_tolerance, kMultiplierError * qp_solver_->accuracy());
 }
 
 void Sqp::finish(Status status, std::string_view message) {

@@ -41,6 +41,8 @@ class QpSolver {
   virtual ~QpSolver() = default;
   virtual std::string_view name() const = 0;
   virtual QpCapabilities capabilities() const = 0;
+  /// Residual at which it stops, when that is far above rounding; otherwise 0.
+  virtual double accuracy() const { return 0.0; }
 
   /// Solves the QP. `solution` has the sizes of `qp` (StageQpSolution::resize) and holds a warm
   /// start on entry; it is overwritten only as far as the returned status says it is usable. The

@@ -19,6 +19,9 @@ struct RestorationSettings {
   /// The rows' violation is stationary, hence the problem infeasible, when a step would lower its
   /// square by less than this share.
   double certificate = 1e-6;
+  /// A real-time step whose QP has no solution leaves the rows by as little as it can. False: such
+  /// a step fails, as it should where the program is linear.
+  bool elastic = true;
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;

@@ -143,6 +143,7 @@ class Sqp {
   void finish_converged(const IterationRecord& record);
   void finish_at_limit();
   std::string describe_worst_rows(const RowMatrix& trajectory) const;
+  std::string describe_contradiction();
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
