@@ -127,7 +127,9 @@ class Planner:
             self._stance,
         )
         self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
-        options = {"max_iterations": 1, **options}
+        # One iteration leaves residuals at the end of the horizon, where a step has just come into
+        # view (a bound's flight: 2 rad/s); they are gone before they are executed.
+        options = {"max_iterations": 1, "usable_violation": 5.0, **options}
         self.sqp = Sqp(self.lowered, **options)
         self.candidates = (
             Candidates(self.lowered, candidates, **options) if candidates > 1 else None

@@ -144,7 +144,7 @@ def test_tables_are_markdown():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--seeds", "0"), "seeds is 0"),
+        (("--seeds", "0"), "greater than or equal to 1"),
         (("--out", "{file}"), "is a file"),
         (("--json", "{folder}"), "is a folder"),
     ],
