@@ -242,7 +242,14 @@ void bind_results(nb::module_& m) {
       .def_ro("is_finite", &Evaluation::is_finite);
   nb::class_<RowViolation>(m, "RowViolation")
       .def_ro("name", &RowViolation::name)
-      .def_ro("value", &RowViolation::value);
+      .def_ro("value", &RowViolation::value)
+      .def_ro("family", &RowViolation::family)
+      .def_ro("robot", &RowViolation::robot)
+      .def_ro("limb", &RowViolation::limb)
+      .def_ro("row", &RowViolation::row)
+      .def_ro("knot", &RowViolation::knot)
+      .def_ro("scale", &RowViolation::scale)
+      .def_ro("is_inequality", &RowViolation::is_inequality);
   nb::class_<Snapshot>(m, "Snapshot", "A trajectory that can be evaluated; see snapshot.hpp.")
       .def("__init__", &make_snapshot, "problem"_a, "form"_a, "parameters"_a, "measured"_a,
            "trajectory"_a, "policies"_a)

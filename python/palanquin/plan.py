@@ -8,7 +8,7 @@ import logging
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +22,9 @@ from palanquin.named_array import NamedArray
 from palanquin.policies import Policy
 from palanquin.problem import checked_horizon
 from palanquin.settings import configure
+
+if TYPE_CHECKING:
+    from palanquin.plan_report import PlanReport
 
 Status = _core.Status
 logger = logging.getLogger("palanquin.dump")
@@ -78,6 +81,21 @@ class Plan:
         if self.instance is None:
             raise ProblemError("a pickled plan has its results alone; it cannot be dumped")
         return write_dump(path, self.instance, self)
+
+    def report(self, count: int = 5) -> PlanReport:
+        """Why the solve ended as it did, and whether its plan may be executed; `count` worst rows.
+
+        Raises ProblemError for a pickled copy.
+        """
+        from palanquin.plan_report import plan_report
+
+        if self.instance is None:
+            raise ProblemError("a pickled plan has its results alone; explain it before")
+        return plan_report(self, count)
+
+    def explain(self, count: int = 5) -> str:
+        """The report as text."""
+        return str(self.report(count))
 
     def __getstate__(self) -> dict[str, Any]:
         """Results alone: an instance would be lowered again."""

@@ -54,8 +54,11 @@ void add_residuals(const LoweredProblem& problem, const KnotRows& rows, const Kn
     for (int row : indices) {
       const double value = of_rows[size_of(row)];
       const double violation = one_sided ? value : std::abs(value);
-      if (!(violation <= 0.0))
-        residuals.push_back({problem.row_name(rows.stage, kind, row, knot), violation});
+      if (violation <= 0.0) continue;
+      const RowGroup& g = group_of(problem.rows(rows.stage, kind), row);
+      residuals.push_back({problem.row_name(rows.stage, kind, row, knot), violation, g.family,
+                           g.robot, g.limb, row - g.offset, knot, g.scale,
+                           kind == RowKind::Inequality});
     }
   };
   add(rows.penalty_rows, values.inequality, RowKind::Inequality, true);
@@ -67,10 +70,12 @@ void add_residuals(const LoweredProblem& problem, const KnotRows& rows, const Kn
   std::size_t row = 0;
   for (const BlockInfo& b : problem.states())
     for (int i = 0; i < b.tangent_size; ++i, ++row)
-      if (values.defect[row] != 0.0)
-        residuals.push_back({"dynamics of " + b.name + "[" + std::to_string(i) + "] (knot " +
-                                 std::to_string(knot) + ")",
-                             std::abs(values.defect[row])});
+      if (values.defect[row] != 0.0) {
+        const std::string family = "dynamics of " + b.name;
+        residuals.push_back(
+            {family + "[" + std::to_string(i) + "] (knot " + std::to_string(knot) + ")",
+             std::abs(values.defect[row]), family, "", "", i, knot});
+      }
 }
 
 /// NaN before infinity before the largest number.

@@ -52,6 +52,9 @@ def solve(
         int, typer.Option(min=1, max=1000, help="Foothold choices to try where ditches leave some.")
     ] = 16,
     file: Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")] = None,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Explain the plan also where it is solved.")
+    ] = False,
     dump: Annotated[
         Path | None,
         typer.Option(
@@ -76,7 +79,8 @@ def solve(
         check_writable("--out", file)
         check_writable("--dump-on-failure", dump)
         if is_dump(case):
-            solve_dump(case, solver and solver.value, qp, iterations, penalty, file)
+            method = solver and solver.value
+            solve_dump(case, method, qp, iterations, penalty, file, explain)
             return
         data = read_case(case)
         if is_layered(data):
@@ -95,9 +99,11 @@ def solve(
             with writing("--dump-on-failure", dump):
                 result.plan.dump(dump)
     out.print(summary(case.stem, figures))
+    if explain and result.solved:
+        out.print(result.plan.explain(), markup=False, highlight=False, soft_wrap=True)
     if not result.solved:
-        worst = ", ".join(f"{name} {value:.2g}" for name, value in result.plan.worst_rows(3))
-        err.print(f"not solved: {figures['message']}; worst rows: {worst}", markup=False)
+        err.print(f"not solved: {figures['message']}", markup=False)
+        err.print(result.plan.explain(), markup=False, highlight=False)
         raise typer.Exit(NOT_SOLVED)
 
 

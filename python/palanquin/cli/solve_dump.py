@@ -24,6 +24,7 @@ def solve_dump(
     iterations: int | None,
     penalty: bool,
     file: Path | None,
+    explain: bool,
 ) -> None:
     """Solves a dump as it was solved, but for what options change.
 
@@ -38,12 +39,14 @@ def solve_dump(
     figures = _figures(plan)
     write_json("--out", file, figures)
     out.print(summary(path.stem, figures))
+    if explain and is_solved:
+        out.print(plan.explain(), markup=False, highlight=False, soft_wrap=True)
     recorded = dump.header.outcome or {}
     if "status" in recorded and recorded["status"] != plan.status.name:
         err.print(f"where it was dumped it ended as {recorded['status']}", markup=False)
     if not is_solved:
-        worst = ", ".join(f"{name} {value:.2g}" for name, value in plan.worst_rows(3))
-        err.print(f"not solved: {plan.message}; worst rows: {worst}", markup=False)
+        err.print(f"not solved: {plan.message}", markup=False)
+        err.print(plan.explain(), markup=False, highlight=False)
         raise typer.Exit(NOT_SOLVED)
 
 

@@ -26,8 +26,15 @@ std::map<std::string, double> violations(const TranscriptionModel& model,
 
 /// A violated row, worst first in reports.
 struct RowViolation {
-  std::string name;
+  std::string name;    ///< of all that follows
   double value = 0.0;  ///< in the row's own unit
+  std::string family;  ///< or "dynamics of BLOCK"
+  std::string robot;   ///< empty when nobody's
+  std::string limb;
+  int row = 0;  ///< of the family and its owner
+  int knot = 0;
+  double scale = 1.0;  ///< physical size of one unit of the row
+  bool is_inequality = false;
 };
 
 /// The `count` largest residuals of equality-type and violated inequality rows, those that are not
