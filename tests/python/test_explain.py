@@ -72,15 +72,15 @@ def test_the_dynamics_are_rows_too():
 
 
 def test_residuals_beyond_the_limit_are_the_reason():
-    """A status may be good and its plan not."""
+    """Residuals above the limit make a plan unusable, and the report says so."""
     problem = pq.Problem(horizon=4, dt=0.5, name="swing")
     x, u = problem.state("x", 2), problem.input("u", 1)
     problem.dynamics(x, increment=problem.dt * ca.vertcat(x[1], u + 9 * ca.sin(x[0])))
     problem.residual("goal", x - ca.vertcat(3, 0), at="all")
     problem.residual("effort", u, weight=1e-3)
     plan = solved(problem.lower(), max_iterations=1, usable_violation=1e-9)
-    assert plan.status is pq.Status.ITERATION_LIMIT
-    assert "may not be executed: equality and hard rows are violated by" in plan.explain()
+    assert plan.status is pq.Status.UNFINISHED
+    assert "may not be executed" in plan.explain()
     assert plan.report().rows[0].constraint == "dynamics of x"
 
 
