@@ -221,10 +221,10 @@ def _leave_interrupts_to_parent() -> None:
 
 
 def _stop(pool: ProcessPoolExecutor) -> None:
-    """Drops what waits and ends what runs: trials that have no line in the file run again."""
-    workers = list((pool._processes or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
-    for worker in workers:
+    """Ends what runs, and a pool without workers gives up what waits; without a line in the file
+    these trials run again. Futures that were cancelled would make the pool's thread fail on them.
+    """
+    for worker in list((pool._processes or {}).values()):
         worker.terminate()
 
 
