@@ -39,30 +39,6 @@ void KnotFunctions::evaluate(const TranscriptionInputs& inputs,
   });
 }
 
-bool KnotFunctions::keep(int knot, KnotResult result, const double* values, int stride) {
-  KnotValues& out = values_[size_of(knot)];
-  const StageKind stage = knot == model_.horizon() ? StageKind::Terminal : StageKind::Running;
-  const auto copy = [&](std::vector<double>& target, int count) {
-    const double* value = values;
-    for (int i = 0; i < count; ++i, value += stride) target[size_of(i)] = *value;
-    return true;
-  };
-  const auto rows = [&](RowKind kind) { return model_.problem().row_count(stage, kind); };
-  switch (result) {
-    case KnotResult::NextState:
-      return copy(out.next_state, model_.problem().nx());
-    case KnotResult::Cost:
-      out.cost = *values;
-      return true;
-    case KnotResult::Equality:
-      return copy(out.equality, rows(RowKind::Equality));
-    case KnotResult::Inequality:
-      return copy(out.inequality, rows(RowKind::Inequality));
-    default:
-      return false;
-  }
-}
-
 void KnotFunctions::evaluate_defect(int knot, const RowMatrix& trajectory) {
   KnotValues& out = values_[size_of(knot)];
   const double* next = trajectory.row(knot + 1).data();

@@ -25,6 +25,9 @@ enum class KnotResult : int {
   InequalityJacobian
 };
 
+/// Whether a result is a value, as which every function gives it, and no derivative.
+inline bool is_value(KnotResult result) { return result <= KnotResult::Inequality; }
+
 /// Calls the lowered functions at the knots of a trajectory, in parallel when it has more than one
 /// thread, and keeps their values. Scratch memory is made once.
 class KnotFunctions {
@@ -51,8 +54,8 @@ class KnotFunctions {
             const RowMatrix& trajectory, const std::array<LaneFunction, 2>& functions,
             const Take& take);
 
-  /// Keeps one result of a knot if it is one of the functions' values; they are `stride` apart.
-  bool keep(int knot, KnotResult result, const double* values, int stride);
+  /// Keeps one of a knot's values, whose entries are `stride` apart.
+  void keep(int knot, KnotResult result, const double* values, int stride);
   /// Residual d (-) x_{k+1} of the knot's dynamics [ndx], from the next state that was kept.
   void evaluate_defect(int knot, const RowMatrix& trajectory);
   /// Arguments and first result of a function of link rows.
@@ -103,6 +106,24 @@ void KnotFunctions::call(int thread, int first, int last, const TranscriptionInp
     for (int knot = first; knot < last; ++knot)
       take(knot, static_cast<KnotResult>(shifted), values + (knot - first), lanes);
   });
+}
+
+inline void KnotFunctions::keep(int knot, KnotResult result, const double* values, int stride) {
+  KnotValues& out = values_[size_of(knot)];
+  const LoweredProblem& problem = model_.problem();
+  const StageKind stage = knot == model_.horizon() ? StageKind::Terminal : StageKind::Running;
+  const auto copy = [&](std::vector<double>& target, int count) {
+    const double* value = values;
+    for (int i = 0; i < count; ++i, value += stride) target[size_of(i)] = *value;
+  };
+  if (result == KnotResult::Cost)
+    out.cost = *values;
+  else if (result == KnotResult::NextState)
+    copy(out.next_state, problem.nx());
+  else if (result == KnotResult::Equality)
+    copy(out.equality, problem.row_count(stage, RowKind::Equality));
+  else
+    copy(out.inequality, problem.row_count(stage, RowKind::Inequality));
 }
 
 }  // namespace palanquin

@@ -31,7 +31,9 @@ void Linearization::evaluate(const TranscriptionInputs& inputs, const RowMatrix&
   functions.for_each_group([&](int thread, int first, int last) {
     functions.call(thread, first, last, inputs, trajectory, model_.problem().knot_derivatives,
                    [&](int knot, KnotResult result, const double* values, int stride) {
-                     if (!functions.keep(knot, result, values, stride))
+                     if (is_value(result))
+                       functions.keep(knot, result, values, stride);
+                     else
                        gather(knot, result, values, stride, stages.shape(knot), stages.stage(knot));
                    });
     for (int knot = first; knot < last; ++knot) {
