@@ -4,9 +4,9 @@ PYTHON ?= python3
 VENV := .venv
 BUILD := build/release
 BIN := $(VENV)/bin
-CXX_SOURCES := $(shell find core solvers sim python/bindings cmake CMakeLists.txt \
+CXX_SOURCES := $(shell find core solvers control sim python/bindings cmake CMakeLists.txt \
 	-name '*.cpp' -o -name '*.hpp' -o -name '*.cmake' -o -name '*.in' -o -name CMakeLists.txt 2>/dev/null)
-CXX_FILES := $(shell find core solvers sim tests benchmarks python/bindings \
+CXX_FILES := $(shell find core solvers control sim tests benchmarks python/bindings \
 	-name '*.cpp' -o -name '*.hpp' 2>/dev/null)
 FUZZ_RUNS ?= 1000
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)

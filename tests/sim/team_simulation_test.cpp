@@ -1,5 +1,5 @@
 // Teams in MuJoCo: they stand and trot, fall when they must, and say what is wrong with them.
-#include "palanquin/sim/team_simulation.hpp"
+#include "palanquin/plant/team_simulation.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "palanquin/sim/team_simulation.hpp"
+#include "palanquin/plant/team_simulation.hpp"
 #include "support/simple_quadruped.hpp"
 
 namespace palanquin::testing {

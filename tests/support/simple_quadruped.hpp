@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "palanquin/sim/robot_model.hpp"
+#include "palanquin/control/whole_body/robot_model.hpp"
 
 namespace palanquin::testing {
 

@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "bindings.hpp"
-#include "palanquin/sim/robot_controller.hpp"
+#include "palanquin/control/whole_body/robot_controller.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "bindings.hpp"
-#include "palanquin/sim/robot_model.hpp"
+#include "palanquin/control/whole_body/robot_model.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

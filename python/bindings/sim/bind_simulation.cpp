@@ -9,7 +9,7 @@
 #include <string>
 
 #include "bindings.hpp"
-#include "palanquin/sim/team_simulation.hpp"
+#include "palanquin/plant/team_simulation.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

@@ -1,5 +1,5 @@
 // The only file that includes Pinocchio.
-#include "palanquin/sim/robot_model.hpp"
+#include "palanquin/control/whole_body/robot_model.hpp"
 
 #include <pinocchio/algorithm/center-of-mass.hpp>
 #include <pinocchio/algorithm/crba.hpp>

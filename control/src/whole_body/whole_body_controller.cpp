@@ -1,4 +1,4 @@
-#include "palanquin/sim/whole_body_controller.hpp"
+#include "palanquin/control/whole_body/whole_body_controller.hpp"
 
 #include <stdexcept>
 

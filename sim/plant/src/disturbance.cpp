@@ -1,4 +1,4 @@
-#include "palanquin/sim/disturbance.hpp"
+#include "palanquin/plant/disturbance.hpp"
 
 #include <cmath>
 #include <numbers>

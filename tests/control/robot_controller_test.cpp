@@ -1,5 +1,5 @@
 // The controller of one robot without a simulator: the feet's forces are what a test says they are.
-#include "palanquin/sim/robot_controller.hpp"
+#include "palanquin/control/whole_body/robot_controller.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "palanquin/sim/gait_pattern.hpp"
+#include "palanquin/control/whole_body/gait_pattern.hpp"
 
 #include <cmath>
 

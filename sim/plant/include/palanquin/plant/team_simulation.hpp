@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "palanquin/sim/disturbance.hpp"
-#include "palanquin/sim/measurement.hpp"
-#include "palanquin/sim/robot_controller.hpp"
+#include "palanquin/control/whole_body/robot_controller.hpp"
+#include "palanquin/plant/disturbance.hpp"
+#include "palanquin/plant/measurement.hpp"
 
 struct mjModel_;
 struct mjData_;

@@ -1,11 +1,10 @@
-#include "palanquin/sim/whole_body_controller.hpp"
+#include "palanquin/control/whole_body/whole_body_controller.hpp"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <random>
 
-#include "palanquin/sim/measurement.hpp"
 #include "support/kkt_error.hpp"
 #include "support/simple_quadruped.hpp"
 
@@ -156,24 +155,6 @@ TEST_F(Standing, RefusesWhatDoesNotExist) {
   WholeBodySettings settings;
   settings.force_weight = -1;
   EXPECT_THROW(WholeBodyController(model, settings), std::invalid_argument);
-}
-
-TEST(Measurement, IsDelayedAndRepeatsItsSeed) {
-  MeasurementSettings settings;
-  settings.delay = 3;
-  Measurement exact(settings);
-  RobotState state = testing::standing_state();
-  for (int period = 0; period < 10; ++period) {
-    state.base_position.x() = period;
-    EXPECT_EQ(exact.update(state).base_position.x(), std::max(0, period - 3));
-  }
-  settings.position = 0.01;
-  settings.joint_velocity = 0.1;
-  Measurement first(settings), second(settings);
-  settings.seed = 1;
-  Measurement third(settings);
-  EXPECT_EQ(first.update(state).base_position, second.update(state).base_position);
-  EXPECT_NE(first.current().base_position, third.update(state).base_position);
 }
 
 }  // namespace

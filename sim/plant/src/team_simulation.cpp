@@ -1,5 +1,5 @@
 // The only file that includes MuJoCo.
-#include "palanquin/sim/team_simulation.hpp"
+#include "palanquin/plant/team_simulation.hpp"
 
 #include <mujoco/mujoco.h>
 

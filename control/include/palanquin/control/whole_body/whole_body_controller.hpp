@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "palanquin/sim/robot_model.hpp"
+#include "palanquin/control/whole_body/robot_model.hpp"
 #include "palanquin/solvers/dense_qp.hpp"
 
 namespace palanquin {

@@ -1,4 +1,4 @@
-#include "palanquin/sim/contact_monitor.hpp"
+#include "palanquin/control/whole_body/contact_monitor.hpp"
 
 #include <stdexcept>
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "palanquin/sim/contact_monitor.hpp"
-#include "palanquin/sim/gait_pattern.hpp"
-#include "palanquin/sim/swing.hpp"
+#include "palanquin/control/whole_body/contact_monitor.hpp"
+#include "palanquin/control/whole_body/gait_pattern.hpp"
+#include "palanquin/control/whole_body/swing.hpp"
 
 namespace palanquin {
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 
+#include "palanquin/control/whole_body/robot_model.hpp"
 #include "palanquin/core/setting_rules.hpp"
-#include "palanquin/sim/robot_model.hpp"
 
 namespace palanquin {
 

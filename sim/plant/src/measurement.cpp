@@ -1,4 +1,4 @@
-#include "palanquin/sim/measurement.hpp"
+#include "palanquin/plant/measurement.hpp"
 
 #include <stdexcept>
 

@@ -1,4 +1,4 @@
-#include "palanquin/sim/robot_controller.hpp"
+#include "palanquin/control/whole_body/robot_controller.hpp"
 
 #include <algorithm>
 #include <cmath>

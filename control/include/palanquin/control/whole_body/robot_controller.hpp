@@ -3,11 +3,11 @@
 #include <array>
 #include <string>
 
-#include "palanquin/sim/contact_monitor.hpp"
-#include "palanquin/sim/gait_pattern.hpp"
-#include "palanquin/sim/robot_model.hpp"
-#include "palanquin/sim/swing.hpp"
-#include "palanquin/sim/whole_body_controller.hpp"
+#include "palanquin/control/whole_body/contact_monitor.hpp"
+#include "palanquin/control/whole_body/gait_pattern.hpp"
+#include "palanquin/control/whole_body/robot_model.hpp"
+#include "palanquin/control/whole_body/swing.hpp"
+#include "palanquin/control/whole_body/whole_body_controller.hpp"
 
 namespace palanquin {
 

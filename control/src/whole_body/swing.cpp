@@ -1,4 +1,4 @@
-#include "palanquin/sim/swing.hpp"
+#include "palanquin/control/whole_body/swing.hpp"
 
 #include <algorithm>
 #include <array>
