@@ -121,6 +121,15 @@ QpStatus factorize_knots(Workspace& work, const StageQp& qp, const PenaltyModel&
   return QpStatus::Solved;
 }
 
+/// The largest entry of the Hessians' diagonals, or 1.
+double largest_curvature(const StageQp& qp) {
+  double largest = 0.0;
+  for (const QpStage& stage : qp.stages)
+    for (int j = 0; j < stage.hessian.cols; ++j)
+      largest = std::max(largest, stage.hessian.values[stage.hessian.column_start[j]]);
+  return largest > 0.0 ? largest : 1.0;
+}
+
 const Knot& factorized_knot(const Workspace& work, int k) {
   if (work.factorized == nullptr)
     throw std::logic_error("StructuredQpSolver: no factorisation stands");
@@ -185,8 +194,24 @@ void StructuredQpSolver::find_dynamics_multipliers(StageQpSolution& solution) {
 
 QpStatus StructuredQpSolver::solve(const StageQp& qp, const PenaltyModel& model,
                                    StageQpSolution& solution) {
-  const QpStatus status = factorize(qp, model);
-  return is_usable(status) ? feedback(qp.initial_state, solution) : status;
+  workspace_->least_curvature = 0.0;
+  QpStatus status = factorize(qp, model);
+  if (is_usable(status)) status = feedback(qp.initial_state, solution);
+  return status == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : status;
+}
+
+/// Where the rows' own knot costs next to nothing and others do, rows are to be held as stiffly as
+/// the others ask for.
+QpStatus StructuredQpSolver::solve_stiffly(const StageQp& qp, const PenaltyModel& model,
+                                           StageQpSolution& solution) {
+  QpStatus status = QpStatus::NotSolved;
+  for (const double share : {1.0, 1e2, 1e4}) {
+    workspace_->least_curvature = share * largest_curvature(qp);
+    status = factorize(qp, model);
+    if (is_usable(status)) status = feedback(qp.initial_state, solution);
+    if (status != QpStatus::NotSolved) break;
+  }
+  return status;
 }
 
 QpStatus StructuredQpSolver::resolve(const StageQp& qp, const PenaltyModel& model,
@@ -197,7 +222,8 @@ QpStatus StructuredQpSolver::resolve(const StageQp& qp, const PenaltyModel& mode
   check_model(qp, model);
   const QpStatus status = factorize_knots(work, qp, model, keep_model(model, work.model));
   update_ms_ = stopwatch.lap_ms();
-  return is_usable(status) ? feedback(qp.initial_state, solution) : status;
+  const QpStatus answer = is_usable(status) ? feedback(qp.initial_state, solution) : status;
+  return answer == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : answer;
 }
 
 Eigen::MatrixXd StructuredQpSolver::input_gain(int k) const {

@@ -114,6 +114,30 @@ TEST(StructuredQpErrors, ContradictingRowsAreInfeasible) {
   EXPECT_NEAR(c.solution.w[1][stage.nx], -1.0, 1e-9);
 }
 
+/// Stiffness in proportion to its own knot's cost does not hold a row that others pull at.
+TEST(StructuredQpErrors, RowsWhereNextToNothingCostsAreHeld) {
+  for (const double scale : {1.0, 1e4, 1e8}) {
+    SCOPED_TRACE(scale);
+    StageQp qp =
+        random_stage_qp({.horizon = 12, .nx = {4, 4}, .nu = {5, 5}, .last_input = false}, 8);
+    for (int k = 0; k < 12; ++k) {
+      for (double& h : qp.stages[k].hessian.values) h *= scale;
+      qp.stages[k].gradient *= scale;
+    }
+    QpStage& last = qp.stages[12];
+    for (double& h : last.hessian.values) h *= 1e-6;
+    last.equality_jacobian =
+        SparseBlock::from_dense(Eigen::MatrixXd::Identity(last.nw(), last.nw()));
+    last.equality_value = Eigen::VectorXd::Constant(last.nw(), -1.0);
+    ++qp.structure_revision;
+    Case c(qp);
+    ASSERT_TRUE(is_usable(c.solve()));
+    EXPECT_LE((c.solution.w[12] + last.equality_value).lpNorm<Eigen::Infinity>(), 1e-6);
+    ASSERT_TRUE(is_usable(c.solver.prepare(c.qp, c.model)));
+    EXPECT_TRUE(is_usable(c.solver.finish(c.qp, c.model, c.solution)));
+  }
+}
+
 TEST(StructuredQpErrors, HardAndLinkRowsAreUnsupported) {
   EXPECT_FALSE(StructuredQpSolver().capabilities().inequality_rows);
   EXPECT_FALSE(StructuredQpSolver().capabilities().link_rows);

@@ -103,7 +103,7 @@ void add_rows(Workspace& work, const RowPattern& rows, const SparseBlock& jacobi
 void add_equality_rows(Workspace& work, const QpStage& stage, const Knot& knot, double* gradient) {
   const SparseBlock& jacobian = stage.equality_jacobian;
   const RowPattern& rows = knot.plan->equality;
-  double largest = 0.0;
+  double largest = work.least_curvature;
   for (int j = 0; j < stage.hessian.cols; ++j)
     largest = std::max(largest, stage.hessian.values[stage.hessian.column_start[j]]);
   if (!(largest > 0.0)) largest = 1.0;

@@ -179,13 +179,49 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
   }
 }
 
+/// Farkas' lemma with what one more step adds to the multipliers, y of the rows: v = C'y + what the
+/// dynamics' add is small where no step w lowers the rows. A point x that the dynamics allow has
+/// y'(C x + e) >= y'(C z + e) - |v|_1 |x - z|_inf: the rows do not hold as long as that is
+/// positive. Uses the multipliers up.
+bool is_contradiction(Workspace& work, const StageQp& qp) {
+  constexpr double kCertified = 1e3;  // no point within so many times the size of z holds the rows
+  sweep_backward(work, qp);
+  for (const Knot& knot : work.knots) {
+    std::fill_n(knot.multiplier, knot.plan->nx, 0.0);
+    std::fill_n(knot.equality_multiplier, knot.plan->equality.rows(), 0.0);
+  }
+  sweep_forward(work, qp);
+  evaluate(work, qp);
+  double gain = 0.0, slope = 0.0, size = 1.0;
+  for (int k = 0; k <= qp.horizon(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    const Knot& knot = work.knots[k];
+    const KnotPlan& plan = *knot.plan;
+    double* v = knot.correction;
+    std::fill_n(v, plan.slots(), 0.0);
+    for (int i = 0; i < plan.equality.rows(); ++i) {
+      gain += knot.equality_multiplier[i] * knot.equality_residual[i];
+      add_row(plan.equality, i, stage.equality_jacobian.values.data(), knot.equality_multiplier[i],
+              v);
+    }
+    if (k < qp.horizon())
+      add_dynamics_transposed(stage.dynamics, plan, work.knots[k + 1].multiplier, v);
+    subtract_own_multiplier(k > 0 ? &qp.stages[k - 1].implicit : nullptr, plan.nx, knot.multiplier,
+                            v + plan.state_slot);
+    if (k == 0) std::fill_n(v + plan.state_slot, plan.nx, 0.0);  // x_0 is given
+    for (int i = 0; i < plan.gradient_slot; ++i) slope += std::abs(v[i]);
+    size = std::max(size, largest(knot.z, plan.gradient_slot));
+  }
+  return gain > kCertified * size * slope;
+}
+
 }  // namespace
 
 QpStatus refine_equality_rows(Workspace& work, const StageQp& qp) {
   find_multipliers(work, qp);
   for (int k = 0; k <= qp.horizon(); ++k) start_multipliers(qp.stages[k], work.knots[k]);
-  constexpr double kStalled = 0.5;         // less progress than this is none
-  constexpr double kContradiction = 1e-6;  // a stalled residual above this has no solution
+  constexpr double kStalled = 0.5;  // less progress than this is none
+  constexpr double kUsable = 1e-6;  // residual at which a stalled point may be used
   const StructuredQpSettings& settings = work.settings;
   Residual residual = evaluate(work, qp);
   for (int i = 0; i < settings.max_refinements; ++i) {
@@ -198,7 +234,8 @@ QpStatus refine_equality_rows(Workspace& work, const StageQp& qp) {
     if (residual.max() > kStalled * before) break;
   }
   if (residual.max() <= settings.equality_tolerance) return QpStatus::Solved;
-  return residual.equality > kContradiction ? QpStatus::PrimalInfeasible : QpStatus::Inaccurate;
+  if (residual.equality <= kUsable) return QpStatus::Inaccurate;
+  return is_contradiction(work, qp) ? QpStatus::PrimalInfeasible : QpStatus::NotSolved;
 }
 
 }  // namespace palanquin::structured

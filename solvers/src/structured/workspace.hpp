@@ -55,6 +55,8 @@ struct Workspace {
 
   std::vector<Knot> knots;  ///< [N + 1]
   bool has_equality_rows = false;
+  /// Equality rows are held at least as stiffly as if they met a Hessian's diagonal entry of this.
+  double least_curvature = 0.0;
 
   // Intermediates of the knot in work.
   double* value = nullptr;      ///< P L

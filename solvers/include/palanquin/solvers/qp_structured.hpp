@@ -63,9 +63,9 @@ class StructuredQpSolver final : public QpSolver {
   }
   QpStatus finish(const StageQp& qp, const PenaltyModel& model,
                   StageQpSolution& solution) override {
-    static_cast<void>(model);
     update_ms_ = 0.0;
-    return feedback(qp.initial_state, solution);
+    const QpStatus status = feedback(qp.initial_state, solution);
+    return status == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : status;
   }
   Eigen::MatrixXd feedback_gain() const override { return input_gain(0); }
 
@@ -90,6 +90,8 @@ class StructuredQpSolver final : public QpSolver {
   KernelLevel kernel_level() const;
 
  private:
+  QpStatus solve_stiffly(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution);
+
   std::unique_ptr<structured::Workspace> workspace_;
 };
 
