@@ -5,20 +5,25 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from palanquin._sim import BodyDescription, PointDescription, RobotDescription
+from palanquin._sim import BodyDescription, LimbDescription, LimbKind, RobotDescription
+from palanquin.problems.robots import FEET
 
 
 def describe_robot(spec: mujoco.MjSpec) -> RobotDescription:
     """Bodies, hinges and motors of the one robot in `spec`, whose first body floats.
 
-    Points are the sites, in the specification's order; a quadruped's first four are its feet LF,
-    RF, LH, RH. Nothing of a scene is in it: masses may be changed afterwards to give a controller
-    a wrong model.
+    Limbs are the sites that are named as a foot, at the middle of its ball, or `hand`, in the
+    specification's order. Nothing of a scene is in it: masses may be changed afterwards to give
+    a controller a wrong model.
     """
     model = spec.compile()
     description = RobotDescription()
     description.bodies = [_body(model, index) for index in range(1, model.nbody)]
-    description.points = [_point(model, index) for index in range(model.nsite)]
+    description.limbs = [
+        _limb(model, index)
+        for index in range(model.nsite)
+        if model.site(index).name in (*FEET, "hand")
+    ]
     return description
 
 
@@ -46,9 +51,14 @@ def _body(model: mujoco.MjModel, index: int) -> BodyDescription:
     return body
 
 
-def _point(model: mujoco.MjModel, index: int) -> PointDescription:
-    point = PointDescription()
-    point.name = model.site(index).name
-    point.body = int(model.site_bodyid[index]) - 1
-    point.position = model.site_pos[index]
-    return point
+def _limb(model: mujoco.MjModel, index: int) -> LimbDescription:
+    limb, body = LimbDescription(), int(model.site_bodyid[index])
+    limb.name = model.site(index).name
+    limb.body = body - 1
+    limb.position = model.site_pos[index]
+    limb.kind = LimbKind.FOOT if limb.name in FEET else LimbKind.HAND
+    if limb.kind == LimbKind.FOOT:
+        geoms = range(model.body_geomadr[body], model.body_geomadr[body] + model.body_geomnum[body])
+        (ball,) = [geom for geom in geoms if model.geom_conaffinity[geom]]
+        limb.radius = float(model.geom_size[ball, 0])
+    return limb

@@ -28,7 +28,8 @@ class BarScene:
     """A compiled scene, its robots standing at their places.
 
     Bodies of a robot are prefixed by its name and a slash; bar b (from 1) is the free body
-    `bar<b>`. A robot's interaction point is the site `<name>/bar`.
+    `bar<b>`. A robot's interaction point is the site `<name>/bar`. `descriptions` are what the
+    robots' controllers know of them, by name.
     """
 
     team: BarTeam
@@ -36,7 +37,7 @@ class BarScene:
     spec: mujoco.MjSpec
     model: mujoco.MjModel
     start: Array
-    description: _sim.RobotDescription
+    descriptions: dict[str, _sim.RobotDescription]
     hips: Array
 
     def data(self) -> mujoco.MjData:
@@ -67,7 +68,8 @@ def build_bar_scene(team: BarTeam, ground: Ground) -> BarScene:
     add_cameras(bars[0], spec.worldbody)
     model = spec.compile()
     start = _standing(model, team, ground, centre)
-    return BarScene(team, ground, spec, model, start, describe_robot(alone), np.array(A1.hips))
+    descriptions = dict.fromkeys(team.names, describe_robot(alone))
+    return BarScene(team, ground, spec, model, start, descriptions, np.array(A1.hips))
 
 
 def leg_angles(height: float) -> tuple[float, float, float]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import mujoco
 
 from palanquin import _sim
-from palanquin.problems.robots import A1, FEET
+from palanquin.problems.robots import FEET
 from palanquin.sim.bar.disturbances import Force, Rope
 from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.errors import InputError
@@ -53,7 +53,7 @@ def _member(scene: BarScene, name: str, control: _sim.RobotControlSettings) -> _
     joints = [f"{name}/{foot}_{part}" for foot in FEET for part in ("hip", "thigh", "calf")]
     member = _sim.TeamMember()
     member.name = name
-    member.robot, member.hips, member.control = scene.description, scene.hips, control
+    member.robot, member.hips, member.control = scene.descriptions[name], scene.hips, control
     member.trunk = _trunk(scene, name)
     member.joints = [model.joint(joint).id for joint in joints]
     member.motors = [model.actuator(joint).id for joint in joints]
@@ -89,7 +89,7 @@ def control_settings(friction: float, start: float = 0.5) -> _sim.RobotControlSe
     """
     control = _sim.RobotControlSettings()
     gait = control.gait
-    gait.start = start
+    gait.duty, gait.offset, gait.start = [0.5] * 4, [0.0, 0.5, 0.5, 0.0], start
     control.gait = gait
-    control.friction, control.foot_radius = friction, A1.foot_radius
+    control.friction = friction
     return control

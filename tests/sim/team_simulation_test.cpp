@@ -20,6 +20,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 RobotControlSettings trotting(double start) {
   RobotControlSettings control;
+  control.gait.duty.assign(4, 0.5);
+  control.gait.offset = {0, 0.5, 0.5, 0};
   control.gait.start = start;
   return control;
 }
@@ -40,11 +42,11 @@ std::vector<RobotTarget> targets_for(TeamSimulation& team, const Vector3& veloci
     target.position = team.observe(robot).position;
     target.position.z() = 0.27;
     target.velocity = target.commanded_velocity = velocity;
-    const std::array<bool, kLegs> flags = team.controller(robot).contacts(team.time(), team.time());
-    const auto standing = static_cast<double>(std::count(flags.begin(), flags.end(), true));
-    for (int leg = 0; leg < kLegs; ++leg)
-      if (flags[static_cast<std::size_t>(leg)])
-        target.forces(2, leg) = team.controller(robot).model().mass() * kGravity / standing;
+    const RobotController& controller = team.controller(robot);
+    target.forces.setZero(3, controller.feet());
+    for (int foot = 0; foot < controller.feet(); ++foot)
+      target.forces(2, foot) = controller.will_stand(foot, team.time(), team.time());
+    target.forces *= controller.model().mass() * kGravity / target.forces.sum();
   }
   return targets;
 }
@@ -211,6 +213,8 @@ TEST(TeamSimulation, NamesWhatDoesNotFitTheModel) {
        [](auto&, auto& m) { m.motors.pop_back(); }},
       {"robot0: number of joints is 13, but must be 12, one for each hinge of the robot",
        [](auto&, auto& m) { m.joints.push_back(1); }},
+      {"robot0: number of foot_geoms is 3, but must be 4, one for each foot",
+       [](auto&, auto& m) { m.foot_geoms.pop_back(); }},
       {"robot0: foot_geoms[2] is 1000, but must be from 0 to ",
        [](auto&, auto& m) { m.foot_geoms[2] = 1000; }},
       {"contact: touch_force is -1", [](auto&, auto& m) { m.control.contact.touch_force = -1; }},
@@ -260,6 +264,10 @@ TEST(TeamSimulation, NamesWhatDoesNotFitTheTeam) {
             "team simulation: number of targets is 0, but must be 1, one for each robot");
   EXPECT_EQ(message_of([&] { team.run(-1, targets_for(team)); }),
             "team simulation: periods is -1, but must be at least 0");
+  std::vector<RobotTarget> targets = targets_for(team);
+  targets[0].forces.resize(3, 0);
+  EXPECT_EQ(message_of([&] { team.run(1, targets); }),
+            "team simulation: robot0's target: number of forces is 0, but must be 4, one a foot");
   EXPECT_EQ(message_of([&] { team.observe(1); }), "robot is 1; the team has 1");
   EXPECT_EQ(message_of([&] { team.foot_forces(-1); }), "robot is -1; the team has 1");
 }

@@ -39,11 +39,9 @@ def standing_targets(team):
     [
         (_sim.RobotTarget, "position", (3,)),
         (_sim.RobotTarget, "orientation", (4,)),
-        (_sim.RobotTarget, "forces", (4, 3)),
-        (_sim.TeamMember, "hips", (4, 3)),
         (_sim.RobotState, "base_orientation", (4,)),
         (_sim.BodyDescription, "inertia", (3, 3)),
-        (_sim.PointDescription, "position", (3,)),
+        (_sim.LimbDescription, "position", (3,)),
         (_sim.Push, "amplitude", (3,)),
         (_sim.Tether, "anchor", (3,)),
     ],
@@ -76,10 +74,32 @@ def test_joints_are_handed_out_as_copies(field):
             setattr(state, field, wrong)
 
 
-@pytest.mark.parametrize("leg", [-1, 4, 10_000])
-def test_a_leg_is_one_of_four(leg):
-    with pytest.raises(IndexError, match=f"leg is {leg}; 0 to 3 exist"):
-        _sim.GaitPattern().stands(leg, 0.0)
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (_sim.RobotTarget, "forces"),
+        (_sim.RobotTarget, "footholds"),
+        (_sim.RobotTarget, "normals"),
+        (_sim.TeamMember, "hips"),
+    ],
+)
+def test_feet_are_rows_of_three(make, field):
+    thing = make()
+    assert getattr(thing, field).shape == (0, 3)
+    for feet in (1, 4, 6):
+        values = np.arange(3.0 * feet).reshape(feet, 3)
+        setattr(thing, field, values)
+        np.testing.assert_array_equal(getattr(thing, field), values)
+    for wrong in (np.zeros((4, 2)), np.zeros(12), 1.0):
+        with pytest.raises(TypeError):
+            setattr(thing, field, wrong)
+
+
+@pytest.mark.parametrize("foot", [-1, 4, 10_000])
+def test_a_foot_is_one_of_the_gait(foot):
+    gait = control_settings(0.6).gait
+    with pytest.raises(IndexError, match=f"foot is {foot}; the gait has 4"):
+        gait.stands(foot, 0.0)
 
 
 @pytest.mark.parametrize("robot", [-1, 2])
@@ -166,15 +186,24 @@ def test_contact_settings_are_checked(field, value, rule):
         simulation(contact=contact)
 
 
-def test_points_are_counted():
+def test_a_target_fits_its_robot():
+    team = simulation()
+    targets = standing_targets(team)
+    targets[1].forces = np.zeros((3, 3))
+    with pytest.raises(ValueError, match="right's target: number of forces is 3, but must be 4"):
+        team.run(1, targets)
+    assert team.time == 0.0
+
+
+def test_limbs_are_counted():
     scene = build_bar_scene(BarTeam(), Ground())
-    robot = _sim.RobotModel(scene.description)
+    robot = _sim.RobotModel(scene.descriptions["left"])
     for index in (-1, 100):
-        with pytest.raises(IndexError, match=f"point is {index}; the robot has"):
-            robot.point(index)
-    point = robot.point(0)
-    jacobian = point.jacobian
+        with pytest.raises(IndexError, match=f"limb is {index}; the robot has"):
+            robot.limb(index)
+    limb = robot.limb(0)
+    jacobian = limb.jacobian
     del robot
     gc.collect()
-    assert np.isfinite(point.position).all()
+    assert np.isfinite(limb.position).all()
     assert jacobian.shape[0] == 3

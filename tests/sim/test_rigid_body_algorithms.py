@@ -63,13 +63,16 @@ def test_biases_agree(pair):
     np.testing.assert_allclose(bias, expected, atol=1e-11)
 
 
-def test_points_move_alike(pair):
+def test_limbs_move_alike(pair):
     model, data, robot, turn, _ = pair
     for site in range(model.nsite):
-        jacobian = np.zeros((3, model.nv))
-        mujoco.mj_jacSite(model, data, jacobian, None, site)
-        point = robot.point(site)
+        jacobian, angular = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        mujoco.mj_jacSite(model, data, jacobian, angular, site)
+        point = robot.limb(site)
         np.testing.assert_allclose(point.jacobian @ turn, jacobian, atol=1e-12)
+        np.testing.assert_allclose(point.angular_jacobian @ turn, angular, atol=1e-12)
+        np.testing.assert_allclose(point.rotation.ravel(), data.site_xmat[site], atol=1e-12)
+        np.testing.assert_allclose(point.rate, angular @ data.qvel, atol=1e-12)
         np.testing.assert_allclose(point.position, data.site_xpos[site], atol=1e-12)
         np.testing.assert_allclose(point.velocity, jacobian @ data.qvel, atol=1e-12)
 
@@ -85,7 +88,7 @@ def test_centre_of_mass_moves_alike(pair):
 def test_drifts_are_the_derivatives_of_velocities_without_acceleration(pair):
     """p'' with v' = 0 against a difference of velocities along that motion."""
     model, data, robot, _, _ = pair
-    points = [robot.com, *(robot.point(i) for i in range(model.nsite))]
+    points = [robot.com, *(robot.limb(i) for i in range(model.nsite))]
     drifts = [np.array(point.drift) for point in points]
     v, dt, velocities = np.array(robot.velocity), 1e-6, []
     for side in (-1, 1):
@@ -97,7 +100,7 @@ def test_drifts_are_the_derivatives_of_velocities_without_acceleration(pair):
         mujoco.mju_quat2Mat(rotation, moved.qpos[3:7])
         moved.qvel[:3] = rotation.reshape(3, 3) @ v[:3]
         robot.update(state_of(moved))
-        after = [robot.com, *(robot.point(i) for i in range(model.nsite))]
+        after = [robot.com, *(robot.limb(i) for i in range(model.nsite))]
         velocities.append([np.array(point.velocity) for point in after])
     for drift, before, after in zip(drifts, *velocities, strict=True):
         np.testing.assert_allclose((after - before) / (2 * dt), drift, atol=1e-6)

@@ -2,7 +2,6 @@
 
 #include <mujoco/mujoco.h>
 
-#include <array>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -18,7 +17,6 @@ namespace palanquin::testing {
 /// the description that their controllers have, so that both know the same robot.
 class QuadrupedScene {
  public:
-  static constexpr double kFootRadius = 0.02;
   static constexpr double kLane = 0.8;      ///< between neighbours, m
   static constexpr double kHeight = 0.299;  ///< of a trunk whose feet rest on the floor, m
 
@@ -40,7 +38,7 @@ class QuadrupedScene {
       TeamMember& member = all.emplace_back();
       member.name = "robot" + std::to_string(robot);
       member.robot = simple_quadruped();
-      member.hips << 0.18, 0.18, -0.18, -0.18, 0.13, -0.13, 0.13, -0.13, 0, 0, 0, 0;
+      member.hips = simple_hips();
       member.control = control;
       member.trunk = id(mjOBJ_BODY, member.name + "/trunk");
       for (const BodyDescription& body : member.robot.bodies) {
@@ -48,9 +46,8 @@ class QuadrupedScene {
         member.joints.push_back(id(mjOBJ_JOINT, member.name + "/" + body.name));
         member.motors.push_back(id(mjOBJ_ACTUATOR, member.name + "/" + body.name));
       }
-      for (std::size_t leg = 0; leg < kLegs; ++leg)
-        member.foot_geoms[leg] =
-            id(mjOBJ_GEOM, member.name + "/" + member.robot.points[leg].name + " foot");
+      for (const LimbDescription& limb : member.robot.limbs)
+        member.foot_geoms.push_back(id(mjOBJ_GEOM, member.name + "/" + limb.name + " foot"));
     }
     return all;
   }
@@ -98,10 +95,10 @@ class QuadrupedScene {
       else
         xml << "<joint name='" << prefix << body.name << "' axis='" << body.axis.transpose()
             << "' armature='" << body.armature << "' damping='" << body.damping << "'/>";
-      for (const PointDescription& point : description.points)
-        if (point.body == static_cast<int>(i))
-          xml << "<geom name='" << prefix << point.name << " foot' type='sphere' size='"
-              << kFootRadius << "' mass='0' pos='" << point.position.transpose() << "'/>";
+      for (const LimbDescription& limb : description.limbs)
+        if (limb.body == static_cast<int>(i))
+          xml << "<geom name='" << prefix << limb.name << " foot' type='sphere' size='"
+              << limb.radius << "' mass='0' pos='" << limb.position.transpose() << "'/>";
       open.push_back(static_cast<int>(i));
     }
     for (; !open.empty(); open.pop_back()) xml << "</body>";

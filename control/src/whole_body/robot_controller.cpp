@@ -13,137 +13,232 @@ namespace {
 /// Time in which a leg that is late is expected to find the ground, s.
 constexpr double kLandsWithin = 0.02;
 
-const RobotDescription& checked(const RobotDescription& robot, const FootPositions& hips,
+const RobotDescription& checked(const RobotDescription& robot, const Eigen::Matrix3Xd& hips,
                                 const RobotControlSettings& settings) {
-  if (auto text = settings.explain_invalid(); !text.empty())
+  const std::size_t feet = robot.limbs_of(LimbKind::Foot).size();
+  const auto joints = static_cast<int>(std::count_if(
+      robot.bodies.begin(), robot.bodies.end(), [](const auto& b) { return !b.axis.isZero(); }));
+  SettingRules rules;
+  rules.nested(settings.explain_invalid())
+      .at_least("number of feet", static_cast<int>(feet), 1)
+      .check(settings.gait.duty.empty() || settings.gait.duty.size() == feet,
+             "gait: number of duties", settings.gait.duty.size(),
+             std::to_string(feet) + ", one a foot, or 0")
+      .check(hips.cols() == static_cast<Eigen::Index>(feet), "number of hips", hips.cols(),
+             std::to_string(feet) + ", one a foot");
+  for (std::size_t i = 0; i < settings.posture.size(); ++i)
+    rules.one_of(entry("posture", i), settings.posture[i], joints);
+  for (Eigen::Index i = 0; i < hips.cols(); ++i)
+    rules.finite(entry("hips", static_cast<std::size_t>(i)), Vector3(hips.col(i)));
+  if (const std::string text = rules.sentence(); !text.empty())
     throw std::invalid_argument("robot controller: " + text);
-  if (robot.points.size() < kLegs)
-    throw std::invalid_argument("robot controller: " + std::to_string(robot.points.size()) +
-                                " points; the first four must be the feet");
-  if (!hips.allFinite()) throw std::invalid_argument("robot controller: hips must be finite");
   return robot;
+}
+
+/// A target `ahead` s before it is due, moving towards it. Position and rotation leave the
+/// acceleration out: it is of second order within a planner's period.
+PointTarget before(const PointTarget& due, double ahead) {
+  return {due.position - ahead * due.velocity, due.velocity - ahead * due.acceleration,
+          due.acceleration};
+}
+OrientationTarget before(const OrientationTarget& due, double ahead) {
+  return {quaternion_plus(due.orientation, -ahead * due.rate), due.rate - ahead * due.acceleration,
+          due.acceleration};
+}
+
+Vector3 normal_of(const RobotTarget& target, int foot) {
+  return target.normals.cols() == 0 ? Vector3::UnitZ() : Vector3(target.normals.col(foot));
 }
 
 }  // namespace
 
-std::string RobotControlSettings::explain_invalid() const {
-  return SettingRules()
-      .nested("whole_body: ", whole_body.explain_invalid())
-      .nested("gait: ", gait.explain_invalid())
-      .nested("contact: ", contact.explain_invalid())
-      .not_negative("friction", friction)
-      .not_negative("swing_clearance", swing_clearance)
-      .not_negative("foothold_gain", foothold_gain)
-      .not_negative("reach_speed", reach_speed)
-      .not_negative("reach_depth", reach_depth)
-      .not_negative("penetration", penetration)
-      .not_negative("foot_radius", foot_radius)
-      .sentence();
-}
-
-RobotController::RobotController(const RobotDescription& robot, const FootPositions& hips,
+RobotController::RobotController(const RobotDescription& robot, const Eigen::Matrix3Xd& hips,
                                  const RobotControlSettings& settings)
     : settings_(settings),
       model_(checked(robot, hips, settings)),
       controller_(model_, settings.whole_body),
-      hips_(hips) {
-  monitors_.fill(ContactMonitor(settings.contact));
-  for (FootPositions* positions : {&lift_off_, &footholds_, &standing_}) positions->setZero();
+      hips_(hips),
+      monitors_(model_.feet().size(), ContactMonitor(settings.contact)),
+      changed_at_(model_.feet().size(), 0.0),
+      first_angles_(Eigen::VectorXd::Zero(model_.joints())) {
+  for (Eigen::Matrix3Xd* positions : {&lift_off_, &footholds_, &standing_})
+    positions->setZero(3, feet());
+  for (const int hand : model_.hands())
+    arms_.push_back(robot.hinges_to(robot.limbs[static_cast<std::size_t>(hand)].body));
+}
+
+bool RobotController::fits(const RobotTarget& target) const {
+  const auto is_all_or_none = [&](Eigen::Index count) { return count == 0 || count == feet(); };
+  return target.forces.cols() == feet() && is_all_or_none(target.footholds.cols()) &&
+         is_all_or_none(target.normals.cols()) &&
+         (target.hands.empty() || std::ssize(target.hands) == hands());
+}
+
+std::string RobotController::explain_misfit(const RobotTarget& target) const {
+  if (fits(target)) return {};  // at every period, and the rules allocate
+  const std::string rule = std::to_string(feet()) + ", one a foot";
+  const auto is_all_or_none = [&](Eigen::Index count) { return count == 0 || count == feet(); };
+  return SettingRules()
+      .check(target.forces.cols() == feet(), "number of forces", target.forces.cols(), rule)
+      .check(is_all_or_none(target.footholds.cols()), "number of footholds",
+             target.footholds.cols(), rule + ", or 0")
+      .check(is_all_or_none(target.normals.cols()), "number of normals", target.normals.cols(),
+             rule + ", or 0")
+      .check(target.hands.empty() || std::ssize(target.hands) == hands(), "number of hands",
+             target.hands.size(), std::to_string(hands()) + ", or 0")
+      .sentence();
 }
 
 void RobotController::update(double time, double dt, const RobotState& measured,
-                             const Vector4& forces, const RobotTarget& target) {
+                             const Eigen::Matrix3Xd& forces, const RobotTarget& target) {
+  if (auto text = explain_misfit(target); !text.empty())
+    throw std::invalid_argument("robot controller: " + text);
+  if (forces.cols() != feet())
+    throw std::invalid_argument("robot controller: " + std::to_string(forces.cols()) +
+                                " measured forces; the robot has " + std::to_string(feet()) +
+                                " feet");
   model_.update(measured);
-  if (!has_started_) {
-    for (int leg = 0; leg < kLegs; ++leg) begin_stance(leg);
-    has_started_ = true;
-  }
+  if (!has_started_) start();
   controller_.begin(model_);
   track_base(time, target);
-  for (int leg = 0; leg < kLegs; ++leg) {
-    update_leg(leg, time, dt, forces[leg]);
-    control_leg(leg, time, target);
+  for (int i = 0; i < feet(); ++i) {
+    const Vector3 normal = normal_of(target, i);
+    update_foot(i, time, dt, normal.dot(forces.col(i)), normal);
+    control_foot(i, time, target, normal);
   }
+  control_hands(time, target);
   ground_ = standing_.row(2).mean();
   controller_.solve();
 }
 
-void RobotController::begin_stance(int leg) {
-  const Vector3 foot = model_.point(leg).position;
-  footholds_.col(leg) = standing_.col(leg) = foot - Vector3(0, 0, settings_.foot_radius);
+void RobotController::start() {
+  for (int i = 0; i < feet(); ++i)
+    footholds_.col(i) = standing_.col(i) = to_ground(i, Vector3::UnitZ());
+  for (int joint = 0; joint < model_.joints(); ++joint)
+    first_angles_[joint] = model_.joint_position(joint);
+  has_started_ = true;
 }
 
-void RobotController::update_leg(int leg, double time, double dt, double force) {
+const LimbKinematics& RobotController::foot(int index) const {
+  return model_.limb(model_.feet()[static_cast<std::size_t>(index)]);
+}
+
+/// The point of a foot's ball that touches ground with that normal.
+Vector3 RobotController::to_ground(int index, const Vector3& normal) const {
+  const auto limb = static_cast<std::size_t>(model_.feet()[static_cast<std::size_t>(index)]);
+  return foot(index).position - model_.description().limbs[limb].radius * normal;
+}
+
+void RobotController::update_foot(int index, double time, double dt, double force,
+                                  const Vector3& normal) {
   const GaitPattern& gait = settings_.gait;
-  ContactMonitor& monitor = monitors_[static_cast<std::size_t>(leg)];
-  monitor.update(gait.stands(leg, time), gait.swing_progress(leg, time), force, dt);
-  if (monitor.phase() == LegPhase::Stance) {
-    begin_stance(leg);  // where it stands now: a foot may slip
-  } else if (monitor.has_changed()) {
-    lift_off_.col(leg) = model_.point(leg).position;
-    reaching_since_[static_cast<std::size_t>(leg)] = time;
+  const auto at = static_cast<std::size_t>(index);
+  ContactMonitor& monitor = monitors_[at];
+  monitor.update(gait.stands(index, time), gait.swing_progress(index, time), force, dt);
+  if (monitor.has_changed()) {
+    changed_at_[at] = time;
+    lift_off_.col(index) = foot(index).position;
+  }
+  if (monitor.phase() == LegPhase::Stance)  // where it stands now: a foot may slip
+    footholds_.col(index) = standing_.col(index) = to_ground(index, normal);
+}
+
+void RobotController::control_foot(int index, double time, const RobotTarget& target,
+                                   const Vector3& normal) {
+  switch (phase(index)) {
+    case LegPhase::Stance:
+      return stand(index, time, target, normal);
+    case LegPhase::Swing:
+      return swing(index, time, target, normal);
+    case LegPhase::Reaching:
+      return reach(index, time, normal);
   }
 }
 
-void RobotController::control_leg(int leg, double time, const RobotTarget& target) {
-  const GaitPattern& gait = settings_.gait;
-  const Vector3 lift_off = lift_off_.col(leg);
-  switch (phase(leg)) {
-    case LegPhase::Stance: {
-      Vector3 force = target.forces.col(leg);
-      if (monitors_[static_cast<std::size_t>(leg)].is_early())
-        force = Vector3(0, 0, settings_.contact.early_force);
-      controller_.add_contact({leg, force, settings_.friction});
-      return;
-    }
-    case LegPhase::Swing: {
-      footholds_.col(leg) = foothold(leg, time, target);
-      const Vector3 end =
-          footholds_.col(leg) + Vector3(0, 0, settings_.foot_radius - settings_.penetration);
-      controller_.track_point(
-          leg, swing_target(lift_off, end, settings_.swing_clearance,
-                            gait.swing_progress(leg, time), gait.swing_duration(leg)));
-      return;
-    }
-    case LegPhase::Reaching: {
-      const double depth =
-          settings_.reach_speed * (time - reaching_since_[static_cast<std::size_t>(leg)]);
-      PointTarget down;
-      down.position = lift_off - Vector3(0, 0, std::min(depth, settings_.reach_depth));
-      down.velocity.z() = depth < settings_.reach_depth ? -settings_.reach_speed : 0;
-      controller_.track_point(leg, down);
-      return;
-    }
-  }
+void RobotController::stand(int index, double time, const RobotTarget& target,
+                            const Vector3& normal) {
+  Contact contact;
+  contact.limb = model_.feet()[static_cast<std::size_t>(index)];
+  contact.force = target.forces.col(index);
+  contact.friction = settings_.friction;
+  contact.frame = contact_frame(normal);
+  const double stood = time - changed_at_[static_cast<std::size_t>(index)];
+  if (monitor(index).is_early())
+    contact.force = settings_.contact.early_force * normal;
+  else if (stood >= settings_.loaded_after)
+    contact.least_force = settings_.least_force;
+  controller_.add_contact(contact);
 }
 
-Vector3 RobotController::foothold(int leg, double time, const RobotTarget& target) const {
+void RobotController::swing(int index, double time, const RobotTarget& target,
+                            const Vector3& normal) {
   const GaitPattern& gait = settings_.gait;
-  const Vector3 arm = model_.rotation() * hips_.col(leg);
+  footholds_.col(index) = foothold(index, time, target);
+  const auto limb = model_.feet()[static_cast<std::size_t>(index)];
+  const double radius = model_.description().limbs[static_cast<std::size_t>(limb)].radius;
+  const Vector3 end = footholds_.col(index) + (radius - settings_.penetration) * normal;
+  controller_.track_limb(
+      limb, swing_target(lift_off_.col(index), end, settings_.swing_clearance,
+                         gait.swing_progress(index, time), gait.swing_duration(index)));
+}
+
+void RobotController::reach(int index, double time, const Vector3& normal) {
+  const double depth =
+      settings_.reach_speed * (time - changed_at_[static_cast<std::size_t>(index)]);
+  PointTarget down;
+  down.position = lift_off_.col(index) - std::min(depth, settings_.reach_depth) * normal;
+  if (depth < settings_.reach_depth) down.velocity = -settings_.reach_speed * normal;
+  controller_.track_limb(model_.feet()[static_cast<std::size_t>(index)], down);
+}
+
+Vector3 RobotController::foothold(int index, double time, const RobotTarget& target) const {
+  if (target.footholds.cols() > 0 && target.footholds.col(index).allFinite())
+    return target.footholds.col(index);
+  const GaitPattern& gait = settings_.gait;
+  const Vector3 arm = model_.rotation() * hips_.col(index);
   const Vector3 turn(0, 0, target.commanded_yaw_rate);
   FootholdInput input;
   input.hip = model_.com().position + arm;
   input.velocity = model_.com().velocity + turn.cross(arm);
   input.commanded_velocity = target.commanded_velocity + turn.cross(arm);
-  input.remaining = (1 - gait.swing_progress(leg, time)) * gait.swing_duration(leg);
-  input.stance_duration = gait.stance_duration(leg);
+  input.remaining = (1 - gait.swing_progress(index, time)) * gait.swing_duration(index);
+  input.stance_duration = gait.stance_duration(index);
   input.velocity_gain = settings_.foothold_gain;
   input.ground = ground_;
   input.height = model_.com().position.z() - ground_;
   return raibert_foothold(input);
 }
 
-/// The planner's state is due at `target.time`: until then the reference moves towards it.
+void RobotController::control_hands(double time, const RobotTarget& target) {
+  if (target.hands.empty()) {
+    for (const std::vector<int>& arm : arms_) hold(arm);
+    return;
+  }
+  const double ahead = target.time - time;
+  for (std::size_t i = 0; i < target.hands.size(); ++i) {
+    const HandTarget& wanted = target.hands[i];
+    const int hand = model_.hands()[i];
+    controller_.track_limb(hand, before(wanted.point, ahead));
+    if (wanted.orientation)
+      controller_.track_limb_orientation(hand, before(*wanted.orientation, ahead));
+    if (wanted.load == HandLoad::Known)
+      controller_.add_wrench(hand, wanted.wrench);
+    else
+      controller_.decide_wrench(hand, wanted.wrench, wanted.load == HandLoad::Wrench);
+  }
+  hold(settings_.posture);
+}
+
+void RobotController::hold(const std::vector<int>& joints) {
+  for (const int joint : joints) controller_.track_joint(joint, {.position = first_angles_[joint]});
+}
+
 void RobotController::track_base(double time, const RobotTarget& target) {
   const double ahead = target.time - time;
-  PointTarget com;
-  com.acceleration = target.acceleration;
-  com.velocity = target.velocity - ahead * target.acceleration;
-  com.position = target.position - ahead * target.velocity;
-  OrientationTarget attitude;
-  attitude.acceleration = target.rate_derivative;
-  attitude.rate = target.rate - ahead * target.rate_derivative;
-  attitude.orientation = quaternion_plus(target.orientation, -ahead * target.rate);
+  const PointTarget com =
+      before(PointTarget{target.position, target.velocity, target.acceleration}, ahead);
+  const OrientationTarget attitude =
+      before(OrientationTarget{target.orientation, target.rate, target.rate_derivative}, ahead);
   controller_.track_com(com);
   controller_.track_orientation(attitude);
 
@@ -159,25 +254,19 @@ RobotObservation RobotController::observe(const RobotState& measured) {
   o.velocity = model_.com().velocity;
   o.orientation = measured.base_orientation;
   o.rate = measured.base_rate;
-  for (int leg = 0; leg < kLegs; ++leg)
-    o.feet.col(leg) = model_.point(leg).position - Vector3(0, 0, settings_.foot_radius);
-  o.footholds = footholds_;
-  o.ground = ground_;
-  if (!has_started_) {
-    o.footholds = o.feet;
-    o.ground = o.feet.row(2).mean();
-  }
+  o.feet.resize(3, feet());
+  for (int i = 0; i < feet(); ++i) o.feet.col(i) = to_ground(i, Vector3::UnitZ());
+  o.hands.resize(3, hands());
+  for (int i = 0; i < hands(); ++i)
+    o.hands.col(i) = model_.limb(model_.hands()[static_cast<std::size_t>(i)]).position;
+  o.footholds = has_started_ ? footholds_ : o.feet;
+  o.ground = has_started_ ? ground_ : o.feet.row(2).mean();
   return o;
 }
 
-std::array<bool, kLegs> RobotController::contacts(double now, double time) const {
-  std::array<bool, kLegs> flags{};
-  for (int leg = 0; leg < kLegs; ++leg) {
-    const ContactMonitor& monitor = monitors_[static_cast<std::size_t>(leg)];
-    const bool is_absent = monitor.is_late() && time < now + kLandsWithin;
-    flags[static_cast<std::size_t>(leg)] = settings_.gait.stands(leg, time) && !is_absent;
-  }
-  return flags;
+bool RobotController::will_stand(int foot, double now, double time) const {
+  const bool is_absent = monitor(foot).is_late() && time < now + kLandsWithin;
+  return settings_.gait.stands(foot, time) && !is_absent;
 }
 
 }  // namespace palanquin

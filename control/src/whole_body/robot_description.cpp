@@ -1,6 +1,7 @@
+#include "palanquin/control/whole_body/robot_description.hpp"
+
 #include <cmath>
 
-#include "palanquin/control/whole_body/robot_model.hpp"
 #include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin {
@@ -32,22 +33,37 @@ std::string explain_body(const BodyDescription& body, int index) {
 
 }  // namespace
 
+std::vector<int> RobotDescription::limbs_of(LimbKind kind) const {
+  std::vector<int> found;
+  for (std::size_t i = 0; i < limbs.size(); ++i)
+    if (limbs[i].kind == kind) found.push_back(static_cast<int>(i));
+  return found;
+}
+
+std::vector<int> RobotDescription::hinges_to(int body) const {
+  std::vector<int> hinge_of(bodies.size(), -1);
+  int hinges = 0;
+  for (std::size_t i = 1; i < bodies.size(); ++i)
+    if (!bodies[i].axis.isZero()) hinge_of[i] = hinges++;
+  std::vector<int> chain;
+  for (; body >= 0; body = bodies[static_cast<std::size_t>(body)].parent)
+    if (const int hinge = hinge_of.at(static_cast<std::size_t>(body)); hinge >= 0)
+      chain.insert(chain.begin(), hinge);
+  return chain;
+}
+
 std::string RobotDescription::explain_invalid() const {
   if (bodies.empty()) return "bodies: at least one is needed";
   SettingRules rules;
   for (std::size_t i = 0; i < bodies.size(); ++i)
     rules.nested(explain_body(bodies[i], static_cast<int>(i)));
-  for (const PointDescription& point : points)
-    rules.nested(SettingRules("point '" + point.name + "': ")
-                     .one_of("body", point.body, static_cast<int>(bodies.size()))
-                     .finite("position", point.position)
+  for (const LimbDescription& limb : limbs)
+    rules.nested(SettingRules("limb '" + limb.name + "': ")
+                     .one_of("body", limb.body, static_cast<int>(bodies.size()))
+                     .finite("position", limb.position)
+                     .not_negative("radius", limb.radius)
                      .sentence());
   return rules.sentence();
-}
-
-bool RobotState::is_finite() const {
-  return base_position.allFinite() && base_orientation.allFinite() && base_velocity.allFinite() &&
-         base_rate.allFinite() && joint_positions.allFinite() && joint_velocities.allFinite();
 }
 
 }  // namespace palanquin

@@ -28,13 +28,13 @@ struct RobotModel::Pinocchio {
   Eigen::VectorXd bias;
   Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian;
   PointKinematics com;
-  std::vector<PointKinematics> points;
+  std::vector<LimbKinematics> limbs;
   Eigen::Matrix3d rotation;
 
   void add_bodies(const RobotDescription& description);
   void set_state(const RobotState& state);
   void update_com();
-  void update_points();
+  void update_limbs();
 };
 
 void RobotModel::Pinocchio::add_bodies(const RobotDescription& description) {
@@ -70,11 +70,11 @@ void RobotModel::Pinocchio::add_bodies(const RobotDescription& description) {
     damping[6 + i] = body.damping;
     model.armature[6 + i] = body.armature;
   }
-  for (const PointDescription& point : description.points) {
-    const auto body = static_cast<std::size_t>(point.body);
-    const pin::SE3 at = placement[body] * pin::SE3(Eigen::Matrix3d::Identity(), point.position);
+  for (const LimbDescription& limb : description.limbs) {
+    const auto body = static_cast<std::size_t>(limb.body);
+    const pin::SE3 at = placement[body] * pin::SE3(Eigen::Matrix3d::Identity(), limb.position);
     frames.push_back(
-        model.addFrame(pin::Frame("point " + point.name, joint[body], 0, at, pin::OP_FRAME)));
+        model.addFrame(pin::Frame("limb " + limb.name, joint[body], 0, at, pin::OP_FRAME)));
   }
 }
 
@@ -98,23 +98,30 @@ void RobotModel::Pinocchio::update_com() {
   com.jacobian = data->Jcom;
 }
 
-void RobotModel::Pinocchio::update_points() {
+void RobotModel::Pinocchio::update_limbs() {
   pin::updateFramePlacements(model, *data);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    PointKinematics& point = points[i];
+    LimbKinematics& limb = limbs[i];
     jacobian.setZero();
     pin::getFrameJacobian(model, *data, frames[i], pin::LOCAL_WORLD_ALIGNED, jacobian);
-    point.position = data->oMf[frames[i]].translation();
-    point.jacobian = jacobian.topRows<3>();
-    point.velocity.noalias() = point.jacobian * v;
-    point.drift =
-        pin::getFrameClassicalAcceleration(model, *data, frames[i], pin::LOCAL_WORLD_ALIGNED)
-            .linear();
+    limb.position = data->oMf[frames[i]].translation();
+    limb.rotation = data->oMf[frames[i]].rotation();
+    limb.jacobian = jacobian.topRows<3>();
+    limb.angular_jacobian = jacobian.bottomRows<3>();
+    limb.velocity.noalias() = limb.jacobian * v;
+    limb.rate.noalias() = limb.angular_jacobian * v;
+    const pin::Motion drift =
+        pin::getFrameClassicalAcceleration(model, *data, frames[i], pin::LOCAL_WORLD_ALIGNED);
+    limb.drift = drift.linear();
+    limb.angular_drift = drift.angular();
   }
 }
 
 RobotModel::RobotModel(const RobotDescription& description)
-    : pinocchio_(std::make_unique<Pinocchio>()) {
+    : description_(description),
+      feet_(description.limbs_of(LimbKind::Foot)),
+      hands_(description.limbs_of(LimbKind::Hand)),
+      pinocchio_(std::make_unique<Pinocchio>()) {
   if (auto text = description.explain_invalid(); !text.empty())
     throw std::invalid_argument("robot: " + text);
   Pinocchio& p = *pinocchio_;
@@ -129,7 +136,12 @@ RobotModel::RobotModel(const RobotDescription& description)
   p.jacobian.setZero(6, nv);
   const Eigen::Matrix3Xd none = Eigen::Matrix3Xd::Zero(3, nv);
   p.com = {Vector3::Zero(), Vector3::Zero(), Vector3::Zero(), none};
-  p.points.assign(p.frames.size(), p.com);
+  LimbKinematics limb;
+  static_cast<PointKinematics&>(limb) = p.com;
+  limb.rotation.setIdentity();
+  limb.rate = limb.angular_drift = Vector3::Zero();
+  limb.angular_jacobian = none;
+  p.limbs.assign(p.frames.size(), limb);
   p.rotation.setIdentity();
 }
 
@@ -137,7 +149,6 @@ RobotModel::~RobotModel() = default;
 RobotModel::RobotModel(RobotModel&&) noexcept = default;
 
 int RobotModel::nv() const { return static_cast<int>(pinocchio_->model.nv); }
-int RobotModel::points() const { return static_cast<int>(pinocchio_->points.size()); }
 double RobotModel::mass() const { return pin::computeTotalMass(pinocchio_->model); }
 const Eigen::VectorXd& RobotModel::effort() const { return pinocchio_->effort; }
 
@@ -159,18 +170,24 @@ void RobotModel::update(const RobotState& state) {
   pin::forwardKinematics(p.model, *p.data, p.q, p.v, p.zero);
   pin::computeJointJacobians(p.model, *p.data);
   p.update_com();
-  p.update_points();
+  p.update_limbs();
 }
 
 const Eigen::VectorXd& RobotModel::velocity() const { return pinocchio_->v; }
 const Eigen::MatrixXd& RobotModel::mass_matrix() const { return pinocchio_->mass_matrix; }
 const Eigen::VectorXd& RobotModel::bias() const { return pinocchio_->bias; }
 const PointKinematics& RobotModel::com() const { return pinocchio_->com; }
-const PointKinematics& RobotModel::point(int index) const {
-  if (index < 0 || index >= points())
-    throw std::out_of_range("point is " + std::to_string(index) + "; the robot has " +
-                            std::to_string(points()));
-  return pinocchio_->points[static_cast<std::size_t>(index)];
+const LimbKinematics& RobotModel::limb(int index) const {
+  if (index < 0 || index >= limbs())
+    throw std::out_of_range("limb is " + std::to_string(index) + "; the robot has " +
+                            std::to_string(limbs()));
+  return pinocchio_->limbs[static_cast<std::size_t>(index)];
+}
+double RobotModel::joint_position(int joint) const {
+  if (joint < 0 || joint >= joints())
+    throw std::out_of_range("joint is " + std::to_string(joint) + "; the robot has " +
+                            std::to_string(joints()));
+  return pinocchio_->q[7 + joint];
 }
 const Eigen::Matrix3d& RobotModel::rotation() const { return pinocchio_->rotation; }
 

@@ -1,45 +1,47 @@
+// Tasks, contacts and wrenches of a period; what is done when the QP fails.
 #include "palanquin/control/whole_body/whole_body_controller.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
-
-#include "palanquin/core/setting_rules.hpp"
+#include <utility>
 
 namespace palanquin {
 
 namespace {
 
-constexpr int kRowsPerCone = 6;           ///< four of the pyramid, the normal force's two bounds
 constexpr double kFallbackDamping = 2.0;  ///< N m s
 
-bool is_cone(const Contact& contact) { return contact.friction >= 0; }
+[[noreturn]] void refuse(const std::string& text) {
+  throw std::invalid_argument("whole-body controller: " + text);
+}
+
+Vector4 quaternion_of(const Eigen::Matrix3d& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  return {q.w(), q.x(), q.y(), q.z()};
+}
 
 }  // namespace
 
-std::string WholeBodySettings::explain_invalid() const {
-  SettingRules rules;
-  rules.positive("torque_weight", torque_weight)
-      .positive("force_weight", force_weight)
-      .positive("slack_weight", slack_weight)
-      .positive("largest_force", largest_force)
-      .not_negative("contact_damping", contact_damping)
-      .at_least("hold_periods", hold_periods, 0);
-  for (const auto& [name, gains] :
-       {std::pair{"com", com}, {"orientation", orientation}, {"point", point}, {"joint", joint}})
-    rules.not_negative(std::string(name) + ".kp", gains.kp)
-        .not_negative(std::string(name) + ".kd", gains.kd);
-  return rules.sentence();
-}
-
 WholeBodyController::WholeBodyController(const RobotModel& model, const WholeBodySettings& settings)
-    : settings_(settings) {
-  if (auto text = settings.explain_invalid(); !text.empty())
-    throw std::invalid_argument("whole-body controller: " + text);
-  const int most = 6 + 3 * model.points() + model.joints();
-  outputs_.setZero(most, model.nv());
-  demand_.setZero(most);
-  workspaces_.resize(static_cast<std::size_t>(model.points()) + 1);
-  now().result.torques.setZero(model.joints());
+    : settings_(settings),
+      limbs_(model.limbs()),
+      hands_(static_cast<int>(model.hands().size())),
+      mass_(model.nv()) {
+  if (auto text = settings.explain_invalid(); !text.empty()) refuse(text);
+  const int most = 6 + 6 * limbs_ + model.joints();
+  tasks_.setZero(most, model.nv());
+  for (Eigen::VectorXd* v : {&demand_, &root_weight_, &error_, &slack_}) v->setZero(most);
+  bias_.setZero(model.nv());
+  free_.setZero(model.nv());
+  contacts_.reserve(static_cast<std::size_t>(limbs_));
+  decided_.reserve(static_cast<std::size_t>(hands_));
+  result_.torques.setZero(model.joints());
+  result_.forces.setZero(3, limbs_);
+  result_.moments.setZero(3, limbs_);
   last_good_.setZero(model.joints());
+  model_ = &model;
+  make_workspaces();
 }
 
 void WholeBodyController::begin(const RobotModel& model) {
@@ -47,176 +49,160 @@ void WholeBodyController::begin(const RobotModel& model) {
   bias_ = model.bias();
   rows_ = 0;
   contacts_.clear();
+  decided_.clear();
+  vectors_ = 0;
 }
 
-int WholeBodyController::add_outputs(int rows) {
+int WholeBodyController::add_task(int rows, const TaskSettings& task) {
   const int first = rows_;
+  if (first + rows > tasks_.rows()) refuse("more tasks than the robot has freedom");
   rows_ += rows;
-  if (rows_ > outputs_.rows())
-    throw std::invalid_argument("whole-body controller: more outputs than the robot has freedom");
-  outputs_.middleRows(first, rows).setZero();
+  root_weight_.segment(first, rows).setConstant(std::sqrt(task.weight));
   return first;
 }
 
+template <class Jacobian>
+void WholeBodyController::set_task(int row, const TaskSettings& task, const Jacobian& jacobian,
+                                   const Vector3& demand) {
+  const double root = std::sqrt(task.weight);
+  tasks_.middleRows<3>(row) = root * jacobian;
+  demand_.segment<3>(row) = root * demand;
+}
+
 void WholeBodyController::track_com(const PointTarget& target) {
-  const int row = add_outputs(3);
+  const TaskSettings& task = settings_.com;
   const PointKinematics& com = model_->com();
-  outputs_.middleRows<3>(row) = com.jacobian;
-  demand_.segment<3>(row) = target.acceleration -
-                            settings_.com.kp * (com.position - target.position) -
-                            settings_.com.kd * (com.velocity - target.velocity) - com.drift;
+  set_task(add_task(3, task), task, com.jacobian,
+           target.acceleration - task.kp * (com.position - target.position) -
+               task.kd * (com.velocity - target.velocity) - com.drift);
 }
 
 /// The error is the rotation vector from the target to the base in body axes, for the paper's
 /// difference of Euler angles: the same to first order, and without their singularity.
 void WholeBodyController::track_orientation(const OrientationTarget& target) {
-  const int row = add_outputs(3);
-  const Eigen::Quaterniond now(model_->rotation());
-  const Vector3 error = quaternion_minus({now.w(), now.x(), now.y(), now.z()}, target.orientation);
-  outputs_.block<3, 3>(row, 3).setIdentity();
+  const TaskSettings& task = settings_.orientation;
+  const int row = add_task(3, task);
+  const double root = std::sqrt(task.weight);
+  const Vector3 error = quaternion_minus(quaternion_of(model_->rotation()), target.orientation);
+  const Vector3 rate = model_->velocity().segment<3>(3);
+  tasks_.middleRows<3>(row).setZero();
+  tasks_.block<3, 3>(row, 3).diagonal().setConstant(root);
   demand_.segment<3>(row) =
-      target.acceleration - settings_.orientation.kp * error -
-      settings_.orientation.kd * (model_->velocity().segment<3>(3) - target.rate);
+      root * (target.acceleration - task.kp * error - task.kd * (rate - target.rate));
 }
 
-void WholeBodyController::track_point(int point, const PointTarget& target) {
-  const int row = add_outputs(3);
-  const PointKinematics& p = model_->point(point);
-  outputs_.middleRows<3>(row) = p.jacobian;
-  demand_.segment<3>(row) = target.acceleration -
-                            settings_.point.kp * (p.position - target.position) -
-                            settings_.point.kd * (p.velocity - target.velocity) - p.drift;
+void WholeBodyController::track_limb(int limb, const PointTarget& target) {
+  const LimbKinematics& at = model_->limb(limb);
+  const bool is_foot =
+      model_->description().limbs[static_cast<std::size_t>(limb)].kind == LimbKind::Foot;
+  const TaskSettings& task = is_foot ? settings_.foot : settings_.hand;
+  set_task(add_task(3, task), task, at.jacobian,
+           target.acceleration - task.kp * (at.position - target.position) -
+               task.kd * (at.velocity - target.velocity) - at.drift);
 }
 
-void WholeBodyController::track_joint(int joint, double position, double position_des,
-                                      double velocity_des) {
-  if (joint < 0 || joint >= model_->joints())
-    throw std::invalid_argument("joint is " + std::to_string(joint) + "; 0 to " +
-                                std::to_string(model_->joints() - 1) + " exist");
-  const int row = add_outputs(1);
-  outputs_(row, 6 + joint) = 1;
-  demand_[row] = -settings_.joint.kp * (position - position_des) -
-                 settings_.joint.kd * (model_->velocity()[6 + joint] - velocity_des);
+/// In the limb's own axes, as the base's: omega_b' = R' omega', since omega x omega = 0.
+void WholeBodyController::track_limb_orientation(int limb, const OrientationTarget& target) {
+  const LimbKinematics& at = model_->limb(limb);
+  const TaskSettings& task = settings_.limb_orientation;
+  const auto to_limb = at.rotation.transpose();
+  const Vector3 error = quaternion_minus(quaternion_of(at.rotation), target.orientation);
+  const Vector3 rate = to_limb * at.rate, drift = to_limb * at.angular_drift;
+  set_task(add_task(3, task), task, to_limb.lazyProduct(at.angular_jacobian),
+           target.acceleration - task.kp * error - task.kd * (rate - target.rate) - drift);
+}
+
+void WholeBodyController::track_joint(int joint, const JointTarget& target) {
+  const double position = model_->joint_position(joint);  // throws when there is none
+  const TaskSettings& task = settings_.joint;
+  const int row = add_task(1, task);
+  const double root = std::sqrt(task.weight), rate = model_->velocity()[6 + joint];
+  tasks_.row(row).setZero();
+  tasks_(row, 6 + joint) = root;
+  demand_[row] = root * (target.acceleration - task.kp * (position - target.position) -
+                         task.kd * (rate - target.velocity));
+}
+
+void WholeBodyController::require_free(int limb) const {
+  model_->limb(limb);  // throws when there is none
+  const auto is_it = [limb](const auto& other) { return other.limb == limb; };
+  if (std::any_of(contacts_.begin(), contacts_.end(), is_it) ||
+      std::any_of(decided_.begin(), decided_.end(), is_it))
+    refuse("limb " + std::to_string(limb) + " has a contact or a wrench to be decided already");
 }
 
 void WholeBodyController::add_contact(const Contact& contact) {
-  model_->point(contact.point);  // throws when there is none
+  require_free(contact.limb);
+  if (!(contact.friction >= 0))
+    refuse("friction is " + std::to_string(contact.friction) + ", but must not be negative");
+  if (!(contact.least_force <= settings_.largest_force))
+    refuse("least_force is " + std::to_string(contact.least_force) +
+           ", but must be at most largest_force");
   contacts_.push_back(contact);
 }
 
-void WholeBodyController::add_force(int point, const Vector3& force) {
-  bias_.noalias() -= model_->point(point).jacobian.transpose() * force;
+void WholeBodyController::add_wrench(int limb, const Wrench& wrench) {
+  const LimbKinematics& at = model_->limb(limb);
+  bias_.noalias() -= at.jacobian.transpose() * wrench.force;
+  bias_.noalias() -= at.angular_jacobian.transpose() * wrench.moment;
 }
 
-void WholeBodyController::build() {
-  const RobotModel& model = *model_;
-  const Eigen::Index n = model.joints(), nv = model.nv();
-  const auto nf = static_cast<Eigen::Index>(3 * contacts_.size());
-  now_ = contacts_.size();
-  if (now_ >= workspaces_.size()) workspaces_.resize(now_ + 1);
-  auto& [response, phi, phi_error, qp, solver, result] = now();
-  // v' = response [tau; f] + free, from (24).
-  mass_.compute(model.mass_matrix());
-  response.setZero(nv, n + nf);
-  response.bottomLeftCorner(n, n).setIdentity();
-  for (std::size_t i = 0; i < contacts_.size(); ++i)
-    response.middleCols(n + 3 * static_cast<Eigen::Index>(i), 3) =
-        model.point(contacts_[i].point).jacobian.transpose();
-  mass_.solveInPlace(response);
-  free_ = -bias_;
-  mass_.solveInPlace(free_);
-
-  phi.noalias() = outputs_.topRows(rows_) * response;
-  phi_error.noalias() = outputs_.topRows(rows_) * free_;
-  phi_error -= demand_.head(rows_);
-
-  qp.H.setZero(n + nf, n + nf);
-  qp.H.selfadjointView<Eigen::Lower>().rankUpdate(phi.transpose(), settings_.slack_weight);
-  qp.H.diagonal().head(n).array() += settings_.torque_weight;
-  qp.H.diagonal().tail(nf).array() += settings_.force_weight;
-  qp.g.noalias() = settings_.slack_weight * phi.transpose() * phi_error;
-  for (std::size_t i = 0; i < contacts_.size(); ++i)
-    qp.g.segment<3>(n + 3 * static_cast<Eigen::Index>(i)) -=
-        settings_.force_weight * contacts_[i].force;
-
-  Eigen::Index cones = 0;
-  for (const Contact& contact : contacts_) cones += is_cone(contact);
-  qp.equalities = static_cast<int>(nf);
-  qp.A.setZero(nf + 2 * n + kRowsPerCone * cones, n + nf);
-  qp.b.setZero(qp.A.rows());
-  build_contact_rows(now());
-  build_limits(qp);
-}
-
-/// (27), with the velocity that is left in a point damped.
-void WholeBodyController::build_contact_rows(Workspace& workspace) const {
-  DenseQp& qp = workspace.qp;
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const PointKinematics& p = model_->point(contacts_[i].point);
-    const auto row = static_cast<Eigen::Index>(3 * i);
-    qp.A.middleRows<3>(row).noalias() = p.jacobian * workspace.response;
-    qp.b.segment<3>(row) = -settings_.contact_damping * p.velocity - p.drift;
-    qp.b.segment<3>(row).noalias() -= p.jacobian * free_;
-  }
-}
-
-/// Torque limits and the friction pyramid of (9), inscribed in the cone of mu.
-void WholeBodyController::build_limits(DenseQp& qp) const {
-  const Eigen::Index n = model_->joints();
-  Eigen::Index row = qp.equalities;
-  for (const double sign : {1.0, -1.0}) {  // sign tau >= -limit
-    qp.A.block(row, 0, n, n).diagonal().setConstant(sign);
-    qp.b.segment(row, n) = -model_->effort();
-    row += n;
-  }
-  for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    if (!is_cone(contacts_[i])) continue;
-    const Eigen::Index x = n + 3 * static_cast<Eigen::Index>(i), y = x + 1, z = x + 2;
-    const double slope = contacts_[i].friction / std::sqrt(2.0);
-    for (const Eigen::Index tangent : {x, y})
-      for (const double sign : {1.0, -1.0}) {
-        qp.A(row, tangent) = sign;
-        qp.A(row++, z) = slope;
-      }
-    qp.A(row++, z) = 1;
-    qp.A(row, z) = -1;
-    qp.b[row++] = -settings_.largest_force;
-  }
+void WholeBodyController::decide_wrench(int hand, const Wrench& desired, bool has_moment) {
+  require_free(hand);
+  if (model_->description().limbs[static_cast<std::size_t>(hand)].kind != LimbKind::Hand)
+    refuse("limb " + std::to_string(hand) + " is a foot; only a hand's wrench can be decided");
+  decided_.push_back({hand, desired, has_moment});
+  vectors_ += has_moment ? 2 : 1;
 }
 
 const WholeBodyResult& WholeBodyController::solve() {
   build();
-  DenseQpSolver& solver = now().solver;
-  WholeBodyResult& result = now().result;
-  result.status = solver.solve(now().qp);
-  result.active_rows_changed = solver.changes();
-  const auto contacts = static_cast<Eigen::Index>(contacts_.size());
-  result.is_fallback = result.status != Status::Converged;
-  if (result.is_fallback) {
-    result.forces.setZero(3, contacts);
-    result.slack.setZero(rows_);
-    fall_back(result.torques);
-    return result;
-  }
-  const Eigen::Index n = model_->joints();
-  result.torques = solver.solution().head(n).cwiseMin(model_->effort()).cwiseMax(-model_->effort());
-  result.forces = solver.solution().tail(3 * contacts).reshaped(3, contacts);
-  result.slack.noalias() = now().phi * solver.solution();
-  result.slack += now().phi_error;
-  last_good_ = result.torques;
-  has_good_ = true;
-  periods_since_good_ = 0;
-  return result;
+  result_.status = now().solver.solve(now().qp);
+  result_.active_rows_changed = now().solver.changes();
+  result_.is_fallback = result_.status != Status::Converged;
+  result_.forces.setZero();
+  result_.moments.setZero();
+  if (result_.is_fallback)
+    fall_back();
+  else
+    read_solution();
+  return result_;
 }
 
-void WholeBodyController::fall_back(Eigen::VectorXd& torques) {
+void WholeBodyController::read_solution() {
+  const Eigen::VectorXd& x = now().solver.solution();
+  const Eigen::Index n = model_->joints();
+  result_.torques = x.head(n).cwiseMin(model_->effort()).cwiseMax(-model_->effort());
+  Eigen::Index at = n;
+  const auto next = [&] { return x.segment<3>(std::exchange(at, at + 3)); };
+  for (const Contact& contact : contacts_) result_.forces.col(contact.limb) = next();
+  for (const Decided& wrench : decided_) {
+    result_.forces.col(wrench.limb) = next();
+    if (wrench.has_moment) result_.moments.col(wrench.limb) = next();
+  }
+  auto slack = slack_.head(rows_);
+  slack = error_.head(rows_);
+  slack.noalias() += now().phi.topRows(rows_) * x;
+  slack.array() /= root_weight_.head(rows_).array();
+  last_good_ = result_.torques;
+  has_good_ = true;
+  periods_since_good_ = 0;
+}
+
+void WholeBodyController::fall_back() {
+  slack_.head(rows_).setZero();
+  Eigen::VectorXd& torques = result_.torques;
   torques = last_good_;
   if (has_good_ && ++periods_since_good_ <= settings_.hold_periods) return;
   const Eigen::Index n = model_->joints();
   torques = bias_.tail(n) - kFallbackDamping * model_->velocity().tail(n);
-  for (const Contact& contact : contacts_)
-    torques.noalias() -=
-        model_->point(contact.point).jacobian.rightCols(n).transpose() * contact.force;
+  const auto carry = [&](int limb, const Wrench& wrench) {
+    const LimbKinematics& at = model_->limb(limb);
+    torques.noalias() -= at.jacobian.rightCols(n).transpose() * wrench.force;
+    torques.noalias() -= at.angular_jacobian.rightCols(n).transpose() * wrench.moment;
+  };
+  for (const Contact& contact : contacts_) carry(contact.limb, {.force = contact.force});
+  for (const Decided& wrench : decided_) carry(wrench.limb, wrench.desired);
   if (!torques.allFinite()) torques.setZero();
   torques = torques.cwiseMin(model_->effort()).cwiseMax(-model_->effort());
 }

@@ -1,8 +1,7 @@
 #include <nanobind/eigen/dense.h>
-#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
-
-#include <stdexcept>
+#include <nanobind/stl/vector.h>
 
 #include "bindings.hpp"
 #include "palanquin/control/whole_body/robot_controller.hpp"
@@ -12,19 +11,41 @@ using namespace nb::literals;
 
 namespace palanquin {
 
-void bind_control(nb::module_& m) {
-  nb::class_<Gains>(m, "Gains", "Of a virtual constraint, 1/s^2 and 1/s.")
-      .def(nb::init<double, double>(), "kp"_a, "kd"_a)
-      .def_rw("kp", &Gains::kp)
-      .def_rw("kd", &Gains::kd);
+namespace {
+
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+
+/// Columns of C++ are rows in Python.
+template <class Class, Eigen::Matrix3Xd Class::* member>
+Eigen::MatrixXd rows(const Class& object) {
+  return (object.*member).transpose();
+}
+template <class Class, Eigen::Matrix3Xd Class::* member>
+void set_rows(Class& object, const Rows& values) {
+  object.*member = values.transpose();
+}
+
+void bind_settings(nb::module_& m) {
+  nb::class_<TaskSettings>(m, "TaskSettings", "Of a task; see whole_body_controller.hpp.")
+      .def(
+          "__init__",
+          [](TaskSettings* self, double kp, double kd, double weight) {
+            new (self) TaskSettings{kp, kd, weight};
+          },
+          "kp"_a, "kd"_a, "weight"_a = 1e6, "Gains, 1/s^2 and 1/s, and what the slack costs.")
+      .def_rw("kp", &TaskSettings::kp)
+      .def_rw("kd", &TaskSettings::kd)
+      .def_rw("weight", &TaskSettings::weight);
   nb::class_<WholeBodySettings>(m, "WholeBodySettings", "See whole_body_controller.hpp.")
       .def(nb::init<>())
       .def_rw("torque_weight", &WholeBodySettings::torque_weight)
       .def_rw("force_weight", &WholeBodySettings::force_weight)
-      .def_rw("slack_weight", &WholeBodySettings::slack_weight)
+      .def_rw("moment_weight", &WholeBodySettings::moment_weight)
       .def_rw("com", &WholeBodySettings::com)
       .def_rw("orientation", &WholeBodySettings::orientation)
-      .def_rw("point", &WholeBodySettings::point)
+      .def_rw("foot", &WholeBodySettings::foot)
+      .def_rw("hand", &WholeBodySettings::hand)
+      .def_rw("limb_orientation", &WholeBodySettings::limb_orientation)
       .def_rw("joint", &WholeBodySettings::joint)
       .def_rw("contact_damping", &WholeBodySettings::contact_damping)
       .def_rw("largest_force", &WholeBodySettings::largest_force)
@@ -36,14 +57,7 @@ void bind_control(nb::module_& m) {
       .def_rw("duty", &GaitPattern::duty)
       .def_rw("offset", &GaitPattern::offset)
       .def_rw("start", &GaitPattern::start)
-      .def(
-          "stands",
-          [](const GaitPattern& gait, int leg, double time) {
-            if (leg < 0 || leg >= kLegs)
-              throw std::out_of_range("leg is " + std::to_string(leg) + "; 0 to 3 exist");
-            return gait.stands(leg, time);
-          },
-          "leg"_a, "time"_a)
+      .def("stands", &GaitPattern::stands, "foot"_a, "time"_a)
       .def("explain_invalid", &GaitPattern::explain_invalid);
   nb::class_<ContactSettings>(m, "ContactSettings", "See contact_monitor.hpp.")
       .def(nb::init<>())
@@ -59,14 +73,43 @@ void bind_control(nb::module_& m) {
       .def_rw("gait", &RobotControlSettings::gait)
       .def_rw("contact", &RobotControlSettings::contact)
       .def_rw("friction", &RobotControlSettings::friction)
+      .def_rw("least_force", &RobotControlSettings::least_force)
+      .def_rw("loaded_after", &RobotControlSettings::loaded_after)
       .def_rw("swing_clearance", &RobotControlSettings::swing_clearance)
       .def_rw("foothold_gain", &RobotControlSettings::foothold_gain)
       .def_rw("reach_speed", &RobotControlSettings::reach_speed)
       .def_rw("reach_depth", &RobotControlSettings::reach_depth)
       .def_rw("penetration", &RobotControlSettings::penetration)
-      .def_rw("foot_radius", &RobotControlSettings::foot_radius)
+      .def_rw("posture", &RobotControlSettings::posture)
       .def("explain_invalid", &RobotControlSettings::explain_invalid);
-  nb::class_<RobotTarget>(m, "RobotTarget", "What the planner wants; see robot_controller.hpp.")
+}
+
+void bind_targets(nb::module_& m) {
+  nb::class_<PointTarget>(m, "PointTarget", "Where a point should be, world axes.")
+      .def(nb::init<>())
+      .def_rw("position", &PointTarget::position)
+      .def_rw("velocity", &PointTarget::velocity)
+      .def_rw("acceleration", &PointTarget::acceleration);
+  nb::class_<OrientationTarget>(m, "OrientationTarget", "How a body should be turned.")
+      .def(nb::init<>())
+      .def_rw("orientation", &OrientationTarget::orientation)
+      .def_rw("rate", &OrientationTarget::rate)
+      .def_rw("acceleration", &OrientationTarget::acceleration);
+  nb::class_<Wrench>(m, "Wrench", "Of the world on a limb, world axes, N and N m.")
+      .def(nb::init<>())
+      .def_rw("force", &Wrench::force)
+      .def_rw("moment", &Wrench::moment);
+  nb::enum_<HandLoad>(m, "HandLoad", "What is known of the wrench of a hand's load.")
+      .value("KNOWN", HandLoad::Known)
+      .value("FORCE", HandLoad::Force)
+      .value("WRENCH", HandLoad::Wrench);
+  nb::class_<HandTarget>(m, "HandTarget", "See robot_target.hpp.")
+      .def(nb::init<>())
+      .def_rw("point", &HandTarget::point)
+      .def_rw("orientation", &HandTarget::orientation)
+      .def_rw("wrench", &HandTarget::wrench)
+      .def_rw("load", &HandTarget::load);
+  nb::class_<RobotTarget>(m, "RobotTarget", "What the planner wants; see robot_target.hpp.")
       .def(nb::init<>())
       .def_rw("time", &RobotTarget::time)
       .def_rw("position", &RobotTarget::position)
@@ -75,25 +118,70 @@ void bind_control(nb::module_& m) {
       .def_rw("orientation", &RobotTarget::orientation)
       .def_rw("rate", &RobotTarget::rate)
       .def_rw("rate_derivative", &RobotTarget::rate_derivative)
-      .def_prop_rw(
-          "forces", [](const RobotTarget& t) { return Eigen::MatrixXd(t.forces.transpose()); },
-          [](RobotTarget& t, const Eigen::Matrix<double, kLegs, 3>& f) {
-            t.forces = f.transpose();
-          },
-          "Of the ground on the feet [4, 3], world, N.")
+      .def_prop_rw("forces", &rows<RobotTarget, &RobotTarget::forces>,
+                   &set_rows<RobotTarget, &RobotTarget::forces>,
+                   "Of the ground on the feet [feet, 3], world, N.")
       .def_rw("commanded_velocity", &RobotTarget::commanded_velocity)
-      .def_rw("commanded_yaw_rate", &RobotTarget::commanded_yaw_rate);
-  nb::class_<RobotObservation>(m, "RobotObservation", "See robot_controller.hpp; feet are [4, 3].")
+      .def_rw("commanded_yaw_rate", &RobotTarget::commanded_yaw_rate)
+      .def_prop_rw("footholds", &rows<RobotTarget, &RobotTarget::footholds>,
+                   &set_rows<RobotTarget, &RobotTarget::footholds>,
+                   "Where swinging feet are to land [feet, 3], world, m; or NaN, or [0, 3].")
+      .def_prop_rw("normals", &rows<RobotTarget, &RobotTarget::normals>,
+                   &set_rows<RobotTarget, &RobotTarget::normals>,
+                   "Of the ground at the feet [feet, 3]; or [0, 3].")
+      .def_rw("hands", &RobotTarget::hands);
+  nb::class_<RobotObservation>(m, "RobotObservation", "See robot_target.hpp.")
       .def_ro("position", &RobotObservation::position)
       .def_ro("velocity", &RobotObservation::velocity)
       .def_ro("orientation", &RobotObservation::orientation)
       .def_ro("rate", &RobotObservation::rate)
-      .def_prop_ro("feet",
-                   [](const RobotObservation& o) { return Eigen::MatrixXd(o.feet.transpose()); })
-      .def_prop_ro(
-          "footholds",
-          [](const RobotObservation& o) { return Eigen::MatrixXd(o.footholds.transpose()); })
+      .def_prop_ro("feet", &rows<RobotObservation, &RobotObservation::feet>, "[feet, 3], m.")
+      .def_prop_ro("footholds", &rows<RobotObservation, &RobotObservation::footholds>)
+      .def_prop_ro("hands", &rows<RobotObservation, &RobotObservation::hands>, "[hands, 3], m.")
       .def_ro("ground", &RobotObservation::ground);
+}
+
+void bind_controller(nb::module_& m) {
+  nb::enum_<LegPhase>(m, "LegPhase", "What a foot is doing.")
+      .value("STANCE", LegPhase::Stance)
+      .value("SWING", LegPhase::Swing)
+      .value("REACHING", LegPhase::Reaching);
+  nb::class_<WholeBodyResult>(m, "WholeBodyResult", "See whole_body_controller.hpp.")
+      .def_prop_ro("is_usable", [](const WholeBodyResult& r) { return !r.is_fallback; })
+      .def_prop_ro("torques", [](const WholeBodyResult& r) { return Eigen::VectorXd(r.torques); })
+      .def_prop_ro("forces", &rows<WholeBodyResult, &WholeBodyResult::forces>,
+                   "[limbs, 3], world, N.")
+      .def_prop_ro("moments", &rows<WholeBodyResult, &WholeBodyResult::moments>,
+                   "[limbs, 3], world, N m.");
+  nb::class_<RobotController>(m, "RobotController", "See robot_controller.hpp.")
+      .def(
+          "__init__",
+          [](RobotController* self, const RobotDescription& robot, const Rows& hips,
+             const RobotControlSettings& settings) {
+            new (self) RobotController(robot, hips.transpose(), settings);
+          },
+          "robot"_a, "hips"_a, "settings"_a)
+      .def(
+          "update",
+          [](RobotController& self, double time, double dt, const RobotState& measured,
+             const Rows& forces, const RobotTarget& target) {
+            self.update(time, dt, measured, forces.transpose(), target);
+          },
+          "time"_a, "dt"_a, "measured"_a, "forces"_a, "target"_a)
+      .def_prop_ro("result", [](const RobotController& c) { return c.result(); })
+      .def_prop_ro("slack",
+                   [](const RobotController& c) { return Eigen::VectorXd(c.controller().slack()); })
+      .def_prop_ro("model", &RobotController::model, nb::rv_policy::reference_internal)
+      .def("phase", &RobotController::phase, "foot"_a)
+      .def("observe", &RobotController::observe, "measured"_a);
+}
+
+}  // namespace
+
+void bind_control(nb::module_& m) {
+  bind_settings(m);
+  bind_targets(m);
+  bind_controller(m);
 }
 
 }  // namespace palanquin

@@ -34,7 +34,7 @@ void set_values(RobotState& state, const Eigen::VectorXd& all) {
 }  // namespace
 
 void bind_robot(nb::module_& m) {
-  nb::class_<BodyDescription>(m, "BodyDescription", "A link; see robot_model.hpp.")
+  nb::class_<BodyDescription>(m, "BodyDescription", "A link; see robot_description.hpp.")
       .def(nb::init<>())
       .def_rw("name", &BodyDescription::name)
       .def_rw("parent", &BodyDescription::parent)
@@ -47,17 +47,22 @@ void bind_robot(nb::module_& m) {
       .def_rw("armature", &BodyDescription::armature)
       .def_rw("damping", &BodyDescription::damping)
       .def_rw("effort", &BodyDescription::effort);
-  nb::class_<PointDescription>(m, "PointDescription", "A point on a body.")
+  nb::enum_<LimbKind>(m, "LimbKind", "What a limb does.")
+      .value("FOOT", LimbKind::Foot)
+      .value("HAND", LimbKind::Hand);
+  nb::class_<LimbDescription>(m, "LimbDescription", "Where a robot touches the world.")
       .def(nb::init<>())
-      .def_rw("name", &PointDescription::name)
-      .def_rw("body", &PointDescription::body)
-      .def_rw("position", &PointDescription::position);
+      .def_rw("name", &LimbDescription::name)
+      .def_rw("kind", &LimbDescription::kind)
+      .def_rw("body", &LimbDescription::body)
+      .def_rw("position", &LimbDescription::position)
+      .def_rw("radius", &LimbDescription::radius);
   nb::class_<RobotDescription>(m, "RobotDescription", "A floating-base robot.")
       .def(nb::init<>())
       .def_rw("bodies", &RobotDescription::bodies)
-      .def_rw("points", &RobotDescription::points)
+      .def_rw("limbs", &RobotDescription::limbs)
       .def("explain_invalid", &RobotDescription::explain_invalid);
-  nb::class_<RobotState>(m, "RobotState", "What is measured of a robot; see robot_model.hpp.")
+  nb::class_<RobotState>(m, "RobotState", "What is measured of a robot; see robot_state.hpp.")
       .def(nb::init<>())
       .def_rw("base_position", &RobotState::base_position)
       .def_rw("base_orientation", &RobotState::base_orientation)
@@ -75,6 +80,13 @@ void bind_robot(nb::module_& m) {
       .def_ro("drift", &PointKinematics::drift)
       .def_prop_ro("jacobian",
                    [](const PointKinematics& p) { return Eigen::MatrixXd(p.jacobian); });
+  nb::class_<LimbKinematics, PointKinematics>(m, "LimbKinematics",
+                                              "omega' = J_w v' + drift_w, world axes.")
+      .def_ro("rotation", &LimbKinematics::rotation)
+      .def_ro("rate", &LimbKinematics::rate)
+      .def_ro("angular_drift", &LimbKinematics::angular_drift)
+      .def_prop_ro("angular_jacobian",
+                   [](const LimbKinematics& l) { return Eigen::MatrixXd(l.angular_jacobian); });
   nb::class_<RobotModel>(m, "RobotModel", "Kinematics and dynamics; see robot_model.hpp.")
       .def(nb::init<const RobotDescription&>(), "description"_a)
       .def("update", &RobotModel::update, "state"_a)
@@ -83,7 +95,7 @@ void bind_robot(nb::module_& m) {
       .def_prop_ro("mass_matrix", &RobotModel::mass_matrix)
       .def_prop_ro("bias", &RobotModel::bias)
       .def_prop_ro("com", &RobotModel::com)
-      .def("point", &RobotModel::point, "index"_a, nb::rv_policy::reference_internal);
+      .def("limb", &RobotModel::limb, "index"_a, nb::rv_policy::reference_internal);
 }
 
 }  // namespace palanquin

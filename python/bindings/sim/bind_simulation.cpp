@@ -1,5 +1,4 @@
 #include <nanobind/eigen/dense.h>
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
@@ -37,14 +36,14 @@ void construct(TeamSimulation* self, const nb::object& model, const nb::object& 
                             std::move(bars), std::move(disturbances));
 }
 
-using Flags = Eigen::Matrix<bool, Eigen::Dynamic, kLegs, Eigen::RowMajor>;
+using Flags = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 Flags contacts(const TeamSimulation& simulation, int robot, const Eigen::VectorXd& times) {
-  Flags flags(times.size(), kLegs);
-  for (Eigen::Index k = 0; k < times.size(); ++k) {
-    const auto row = simulation.controller(robot).contacts(simulation.time(), times[k]);
-    for (int leg = 0; leg < kLegs; ++leg) flags(k, leg) = row[static_cast<std::size_t>(leg)];
-  }
+  const RobotController& controller = simulation.controller(robot);
+  Flags flags(times.size(), controller.feet());
+  for (Eigen::Index k = 0; k < times.size(); ++k)
+    for (int foot = 0; foot < controller.feet(); ++foot)
+      flags(k, foot) = controller.will_stand(foot, simulation.time(), times[k]);
   return flags;
 }
 
@@ -87,8 +86,10 @@ void bind_data(nb::module_& m) {
       .def_rw("robot", &TeamMember::robot)
       .def_prop_rw(
           "hips", [](const TeamMember& t) { return Eigen::MatrixXd(t.hips.transpose()); },
-          [](TeamMember& t, const Eigen::Matrix<double, kLegs, 3>& h) { t.hips = h.transpose(); },
-          "[4, 3], base axes, m.")
+          [](TeamMember& t, const Eigen::Matrix<double, Eigen::Dynamic, 3>& h) {
+            t.hips = h.transpose();
+          },
+          "[feet, 3], base axes, m.")
       .def_rw("control", &TeamMember::control)
       .def_rw("measurement", &TeamMember::measurement)
       .def_rw("trunk", &TeamMember::trunk)
@@ -118,13 +119,13 @@ void bind_simulation(nb::module_& m) {
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
       .def("measured", &TeamSimulation::measured, "robot"_a)
-      .def("contacts", &contacts, "robot"_a, "times"_a, "Flags [n, 4] at `times` [n].")
+      .def("contacts", &contacts, "robot"_a, "times"_a, "Flags [n, feet] at `times` [n].")
       .def(
           "foot_forces",
           [](const TeamSimulation& s, int robot) {
             return Eigen::MatrixXd(s.foot_forces(robot).transpose());
           },
-          "robot"_a, "[4, 3], world, N.")
+          "robot"_a, "[feet, 3], world, N.")
       .def(
           "output_errors",
           [](const TeamSimulation& s, int robot) {

@@ -68,17 +68,20 @@ struct TeamSimulation::Robot {
         position_address(model->jnt_qposadr[model->body_jntadr[given.trunk]]),
         velocity_address(model->jnt_dofadr[model->body_jntadr[given.trunk]]) {
     const int n = controller.model().joints();
+    const int feet = controller.feet();
     const std::string rule = std::to_string(n) + ", one for each hinge of the robot";
-    require(
-        SettingRules(given.name + ": ")
-            .check(std::ssize(given.joints) == n, "number of joints", given.joints.size(), rule)
-            .check(std::ssize(given.motors) == n, "number of motors", given.motors.size(), rule));
+    require(SettingRules(given.name + ": ")
+                .check(std::ssize(given.joints) == n, "number of joints", given.joints.size(), rule)
+                .check(std::ssize(given.motors) == n, "number of motors", given.motors.size(), rule)
+                .check(std::ssize(given.foot_geoms) == feet, "number of foot_geoms",
+                       given.foot_geoms.size(), std::to_string(feet) + ", one for each foot"));
     for (const int joint : given.joints) {
       joint_positions.push_back(model->jnt_qposadr[joint]);
       joint_velocities.push_back(model->jnt_dofadr[joint]);
     }
     state.joint_positions.setZero(n);
     state.joint_velocities.setZero(n);
+    forces.setZero(3, feet);
   }
 
   TeamMember member;
@@ -87,7 +90,7 @@ struct TeamSimulation::Robot {
   int position_address, velocity_address;
   std::vector<int> joint_positions, joint_velocities;
   RobotState state;
-  FootForces forces = FootForces::Zero();
+  Eigen::Matrix3Xd forces;
 };
 
 TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
@@ -96,17 +99,16 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
     : model_(model),
       data_(data),
       keep_off_(static_cast<std::size_t>(model->nbody), 0),
-      foot_of_(static_cast<std::size_t>(model->ngeom), -1),
+      foot_of_(static_cast<std::size_t>(model->ngeom)),
       bars_(std::move(bars)),
       disturbances_(std::move(disturbances)) {
   require(SettingRules().check(mj_version() == mjVERSION_HEADER, "version of MuJoCo's library",
                                mj_version(), std::to_string(mjVERSION_HEADER)));
   for (const TeamMember& member : members) {
     require(rules_of(member, *model));
-    for (int leg = 0; leg < kLegs; ++leg) {
-      const int geom = member.foot_geoms[static_cast<std::size_t>(leg)];
-      foot_of_[static_cast<std::size_t>(geom)] = kLegs * static_cast<int>(robots_.size()) + leg;
-    }
+    for (std::size_t foot = 0; foot < member.foot_geoms.size(); ++foot)
+      foot_of_[static_cast<std::size_t>(member.foot_geoms[foot])] = {
+          static_cast<int>(robots_.size()), static_cast<int>(foot)};
     keep_off_[static_cast<std::size_t>(member.trunk)] = 1;
     robots_.push_back(std::make_unique<Robot>(model, member));
   }
@@ -126,11 +128,7 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
 TeamSimulation::~TeamSimulation() = default;
 
 int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
-  if (targets.size() != robots_.size() || periods < 0)  // the rules allocate
-    require(SettingRules()
-                .check(targets.size() == robots_.size(), "number of targets", targets.size(),
-                       std::to_string(robots_.size()) + ", one for each robot")
-                .at_least("periods", periods, 0));
+  check_targets(periods, targets);
   for (int period = 0; period < periods; ++period) {
     if (has_fallen()) return period;
     for (std::size_t i = 0; i < robots_.size(); ++i) control(*robots_[i], targets[i]);
@@ -142,6 +140,18 @@ int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
     check_fall();
   }
   return periods;
+}
+
+void TeamSimulation::check_targets(int periods, const std::vector<RobotTarget>& targets) const {
+  if (targets.size() != robots_.size() || periods < 0)  // the rules allocate
+    require(SettingRules()
+                .check(targets.size() == robots_.size(), "number of targets", targets.size(),
+                       std::to_string(robots_.size()) + ", one for each robot")
+                .at_least("periods", periods, 0));
+  for (std::size_t i = 0; i < targets.size(); ++i)
+    if (const std::string text = robots_[i]->controller.explain_misfit(targets[i]); !text.empty())
+      throw std::invalid_argument("team simulation: " + robots_[i]->member.name +
+                                  "'s target: " + text);
 }
 
 void TeamSimulation::measure(Robot& robot) {
@@ -162,9 +172,8 @@ void TeamSimulation::measure(Robot& robot) {
 
 void TeamSimulation::control(Robot& robot, const RobotTarget& target) {
   const auto start = Clock::now();
-  const Vector4 normal = robot.forces.row(2).transpose();
-  robot.controller.update(data_->time, model_->opt.timestep, robot.measurement.current(), normal,
-                          target);
+  robot.controller.update(data_->time, model_->opt.timestep, robot.measurement.current(),
+                          robot.forces, target);
   const WholeBodyResult& result = robot.controller.result();
   extremes_.control_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   ++extremes_.control_periods;
@@ -186,14 +195,14 @@ void TeamSimulation::read_foot_forces() {
     const mjContact& contact = data_->contact[i];
     for (const int side : {0, 1}) {
       const int geom = contact.geom[side];
-      const int foot = geom < 0 ? -1 : foot_of_[static_cast<std::size_t>(geom)];
+      const auto [robot, foot] = geom < 0 ? Foot{} : foot_of_[static_cast<std::size_t>(geom)];
       if (foot < 0 || contact.efc_address < 0) continue;
       double local[6];
       mj_contactForce(model_, data_, i, local);
       // In the contact's frame, of the first geom on the second.
       const Vector3 force = Eigen::Map<const RowMatrix3>(contact.frame).transpose() *
                             ConstVector3Map(local) * (side == 1 ? 1 : -1);
-      robots_[static_cast<std::size_t>(foot / kLegs)]->forces.col(foot % kLegs) += force;
+      robots_[static_cast<std::size_t>(robot)]->forces.col(foot) += force;
       extremes_.contact_force = std::max(extremes_.contact_force, local[0]);
     }
   }
@@ -273,6 +282,6 @@ RobotObservation TeamSimulation::observe(int index) {
 const RobotState& TeamSimulation::measured(int index) const {
   return robot(index).measurement.current();
 }
-const FootForces& TeamSimulation::foot_forces(int index) const { return robot(index).forces; }
+const Eigen::Matrix3Xd& TeamSimulation::foot_forces(int index) const { return robot(index).forces; }
 
 }  // namespace palanquin

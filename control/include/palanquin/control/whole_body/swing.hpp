@@ -1,6 +1,6 @@
 #pragma once
 
-#include "palanquin/control/whole_body/whole_body_controller.hpp"
+#include "palanquin/control/whole_body/task_targets.hpp"
 
 namespace palanquin {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "palanquin/control/whole_body/robot_model.hpp"
+#include "palanquin/control/whole_body/robot_state.hpp"
 
 namespace palanquin {
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,13 +17,13 @@ namespace palanquin {
 struct TeamMember {
   std::string name;
   RobotDescription robot;
-  FootPositions hips = FootPositions::Zero();  ///< see RobotController
+  Eigen::Matrix3Xd hips;  ///< see RobotController
   RobotControlSettings control;
   MeasurementSettings measurement;
-  int trunk = 0;            ///< body with the free joint
-  std::vector<int> joints;  ///< MuJoCo's ids of the hinges, in the robot's order
-  std::vector<int> motors;  ///< of their actuators
-  std::array<int, kLegs> foot_geoms{};
+  int trunk = 0;                ///< body with the free joint
+  std::vector<int> joints;      ///< MuJoCo's ids of the hinges, in the robot's order
+  std::vector<int> motors;      ///< of their actuators
+  std::vector<int> foot_geoms;  ///< of its feet, in the robot's order
 };
 
 /// A bar held by two sites, whose distance must not change.
@@ -61,7 +60,7 @@ class TeamSimulation {
   TeamSimulation& operator=(const TeamSimulation&) = delete;
 
   /// Up to `periods` physics steps; returns how many were done. None after a fall. Throws
-  /// std::invalid_argument unless there is a target for each robot.
+  /// std::invalid_argument unless there is a target for each robot that fits it.
   int run(int periods, const std::vector<RobotTarget>& targets);
 
   double time() const;
@@ -77,11 +76,15 @@ class TeamSimulation {
   RobotObservation observe(int robot);
   /// The robot's state as its controller knows it now, noise and delay included.
   const RobotState& measured(int robot) const;
-  /// Ground reaction forces of the last step, [3, 4], world, N.
-  const FootForces& foot_forces(int robot) const;
+  /// Ground reaction forces of the last step, [3, feet], world, N.
+  const Eigen::Matrix3Xd& foot_forces(int robot) const;
 
  private:
   struct Robot;
+  struct Foot {
+    int robot = -1, foot = -1;  ///< -1: none
+  };
+  void check_targets(int periods, const std::vector<RobotTarget>& targets) const;
   Robot& robot(int index) const;
   void measure(Robot& robot);
   void control(Robot& robot, const RobotTarget& target);
@@ -95,7 +98,7 @@ class TeamSimulation {
   mjData_* data_;
   std::vector<std::unique_ptr<Robot>> robots_;
   std::vector<char> keep_off_;  ///< by body
-  std::vector<int> foot_of_;    ///< 4 robot + leg by geom, or -1
+  std::vector<Foot> foot_of_;   ///< by geom
   std::vector<BarSites> bars_;
   std::vector<Disturbance> disturbances_;
   std::string fall_;
