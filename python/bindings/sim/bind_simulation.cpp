@@ -119,6 +119,10 @@ void bind_simulation(nb::module_& m) {
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
       .def("measured", &TeamSimulation::measured, "robot"_a)
+      .def(
+          "qp",
+          [](const TeamSimulation& s, int robot) { return s.controller(robot).controller().qp(); },
+          "robot"_a, "A copy of the controller's last QP: torques, then the contacts' forces.")
       .def("contacts", &contacts, "robot"_a, "times"_a, "Flags [n, feet] at `times` [n].")
       .def(
           "foot_forces",

@@ -14,6 +14,7 @@ from palanquin.cli import (
     bench_holonomic,
     bench_loops,
     bench_suites,
+    bench_whole_body,
     campaign,
     demo,
     figures,
@@ -35,6 +36,7 @@ app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")
 bench.app.command("holonomic")(bench_holonomic.holonomic)
+bench.app.command("whole-body")(bench_whole_body.whole_body)
 bench.app.command("suites")(bench_suites.suites)
 bench.app.command("loops")(bench_loops.loops)
 app.add_typer(bench.app, name="bench")
