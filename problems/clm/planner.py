@@ -82,6 +82,10 @@ class Planner:
             the height at which the first robot stands nominally.
         **options: fields of `SqpSettings`; one iteration a solve unless told.
 
+    Attributes:
+        failed_plan: the plan that began the last row of plans that may not be executed, to explain
+            a run that ended badly; None as long as there was none.
+
     Example:
         >>> planner = Planner(build_clm(team), qp="structured")
         >>> state = planner.nominal_state()
@@ -164,6 +168,7 @@ class Planner:
         self._last: TeamPlan | None = None
         self._planned_at = 0.0  # what time the last plan is for
         self._prepared: _Task | None = None
+        self.failed_plan: Plan | None = None
         self._failures = 0  # solves in a row without a usable plan
         self._events: tuple[Event, ...] = ()  # since the last plan
 
@@ -294,6 +299,8 @@ class Planner:
     def _answer(self, task: _Task, plan: Plan) -> TeamPlan:
         """The plan with what it was for; the next one starts from it."""
         solve_ms = 1e3 * (clock.perf_counter() - task.started)
+        if not plan.is_usable and self._failures == 0:
+            self.failed_plan = plan
         self._failures = 0 if plan.is_usable else self._failures + 1
         now, events = task.now, self._events + plan_events(plan, task.now.time)
         self._events = ()

@@ -56,6 +56,11 @@ class CentralizedPlanner(Planner):
             for name in team.names()
         ]
 
+    @property
+    def problems(self) -> list[LinearMpc]:
+        """The one of the whole team."""
+        return [self.mpc]
+
     def _solve(
         self, time: float, states: RobotStates, contacts: np.ndarray, desired: Desired
     ) -> LayeredPlan:

@@ -204,6 +204,11 @@ class DistributedPlanner(Planner):
         rows = np.cumsum([0, *(bar.rows for bar in self.team.bars)])
         self._bar_rows = [slice(rows[b], rows[b + 1]) for b in range(len(self.team.bars))]
 
+    @property
+    def problems(self) -> list[LinearMpc]:
+        """Those of the robots."""
+        return [local.mpc for local in self.locals]
+
     def _solve(
         self, time: float, states: RobotStates, contacts: np.ndarray, desired: Desired
     ) -> LayeredPlan:

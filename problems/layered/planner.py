@@ -12,6 +12,7 @@ from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.layered import rotations
 from palanquin.problems.layered.interconnected import Team
+from palanquin.problems.layered.linear_mpc import LinearMpc
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
 from palanquin.problems.modules.rigid_body import GRAVITY
 
@@ -189,6 +190,11 @@ class Planner(ABC):
         plan = replace(plan, solve_ms=1e3 * (clock.perf_counter() - start))
         self._last, self._given = plan, None
         return plan
+
+    @property
+    @abstractmethod
+    def problems(self) -> list[LinearMpc]:
+        """The problems that a plan solves, as the last one left them."""
 
     @abstractmethod
     def _solve(

@@ -64,18 +64,25 @@ def solve_layered_case(case: LayeredCase, qp: str | None = None) -> LayeredResul
     Raises:
         ValueError: `qp` is unknown or does not take hard rows.
     """
-    team, settings = case.team(), case.par.settings()
-    back_end = qp or "structured"
-    planners: dict[str, Planner] = {
-        "centralized": CentralizedPlanner(team, settings, back_end),
-        "nominal": NominalPlanner(team, settings, back_end),
-        "distributed": DistributedPlanner(team, settings, back_end),
-    }
-    plans = {}
-    for name, planner in planners.items():
-        planner.operate_at(case.u_prev.reshape(2, 4, 3), np.array([case.lam_prev]))
-        plans[name] = planner.plan(0.0, case.states(), case.contacts(), case.desired())
+    planners = planners_of(case, qp or "structured")
+    plans = {name: plan_case(planner, case) for name, planner in planners.items()}
     return LayeredResult(linearisation(case), plans)
+
+
+def planners_of(case: LayeredCase, qp: str = "structured") -> dict[str, Planner]:
+    """All three planners of a case, by name."""
+    team, settings = case.team(), case.par.settings()
+    return {
+        "centralized": CentralizedPlanner(team, settings, qp),
+        "nominal": NominalPlanner(team, settings, qp),
+        "distributed": DistributedPlanner(team, settings, qp),
+    }
+
+
+def plan_case(planner: Planner, case: LayeredCase) -> LayeredPlan:
+    """A planner's answer to a case."""
+    planner.operate_at(case.u_prev.reshape(2, 4, 3), np.array([case.lam_prev]))
+    return planner.plan(0.0, case.states(), case.contacts(), case.desired())
 
 
 def linearisation(case: LayeredCase) -> dict[str, Any]:

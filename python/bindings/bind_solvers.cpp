@@ -2,6 +2,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/string_view.h>
@@ -109,6 +110,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("hessian", &SqpSettings::hessian)
       .def_rw("threads", &SqpSettings::threads)
       .def_rw("max_iterations", &SqpSettings::max_iterations)
+      .def_rw("max_seconds", &SqpSettings::max_seconds)
       .def_rw("cost_tolerance", &SqpSettings::cost_tolerance)
       .def_rw("equality_tolerance", &SqpSettings::equality_tolerance)
       .def_rw("stationarity_tolerance", &SqpSettings::stationarity_tolerance)
@@ -150,7 +152,7 @@ void make_snapshot(Snapshot* self, std::shared_ptr<LoweredProblem> problem, Form
 }
 
 using RecordState =
-    std::tuple<std::array<double, 8>, int, bool, bool, int, int, std::array<double, 5>>;
+    std::tuple<std::array<double, 8>, int, bool, bool, bool, int, int, std::array<double, 5>>;
 
 RecordState state_of(const IterationRecord& r) {
   const PhaseTimes& t = r.times;
@@ -159,14 +161,15 @@ RecordState state_of(const IterationRecord& r) {
           static_cast<int>(r.step),
           r.convexified,
           r.refused_cycle,
+          r.fell_back,
           r.inner_iterations,
           static_cast<int>(r.qp_status),
           {t.transcribe, t.linearize, t.update, t.solve, t.globalize}};
 }
 
 void restore_record(IterationRecord& self, const RecordState& state) {
-  const auto& [numbers, step, convexified, refused_cycle, inner_iterations, qp_status, times] =
-      state;
+  const auto& [numbers, step, convexified, refused_cycle, fell_back, inner_iterations, qp_status,
+               times] = state;
   IterationRecord& r = *new (&self) IterationRecord;
   r.cost = numbers[0];
   r.penalty = numbers[1];
@@ -179,6 +182,7 @@ void restore_record(IterationRecord& self, const RecordState& state) {
   r.step = static_cast<StepKind>(step);
   r.convexified = convexified;
   r.refused_cycle = refused_cycle;
+  r.fell_back = fell_back;
   r.inner_iterations = inner_iterations;
   r.qp_status = static_cast<QpStatus>(qp_status);
   r.times = {times[0], times[1], times[2], times[3], times[4]};
@@ -200,6 +204,7 @@ void bind_results(nb::module_& m) {
       .value("NOT_SOLVED", Status::NotSolved)
       .value("CONVERGED", Status::Converged)
       .value("ITERATION_LIMIT", Status::IterationLimit)
+      .value("TIME_LIMIT", Status::TimeLimit)
       .value("STALLED", Status::Stalled)
       .value("SADDLE", Status::Saddle)
       .value("UNFINISHED", Status::Unfinished)
@@ -228,6 +233,7 @@ void bind_results(nb::module_& m) {
       .def_ro("convexified", &IterationRecord::convexified)
       .def_ro("stationarity", &IterationRecord::stationarity)
       .def_ro("refused_cycle", &IterationRecord::refused_cycle)
+      .def_ro("fell_back", &IterationRecord::fell_back)
       .def_ro("inner_iterations", &IterationRecord::inner_iterations)
       .def_prop_ro("qp_status", [](const IterationRecord& r) { return to_string(r.qp_status); })
       .def_ro("times", &IterationRecord::times)
@@ -240,16 +246,21 @@ void bind_results(nb::module_& m) {
       .def_ro("inequality_max", &Evaluation::inequality_max)
       .def_ro("infeasibility", &Evaluation::infeasibility)
       .def_ro("is_finite", &Evaluation::is_finite);
-  nb::class_<RowViolation>(m, "RowViolation")
-      .def_ro("name", &RowViolation::name)
-      .def_ro("value", &RowViolation::value)
-      .def_ro("family", &RowViolation::family)
-      .def_ro("robot", &RowViolation::robot)
-      .def_ro("limb", &RowViolation::limb)
-      .def_ro("row", &RowViolation::row)
-      .def_ro("knot", &RowViolation::knot)
-      .def_ro("scale", &RowViolation::scale)
-      .def_ro("is_inequality", &RowViolation::is_inequality);
+  nb::class_<RowState>(m, "RowState", "A row at a knot of a trajectory; see violations.hpp.")
+      .def_ro("name", &RowState::name)
+      .def_ro("value", &RowState::value)
+      .def_ro("family", &RowState::family)
+      .def_ro("robot", &RowState::robot)
+      .def_ro("limb", &RowState::limb)
+      .def_ro("row", &RowState::row)
+      .def_ro("knot", &RowState::knot)
+      .def_ro("scale", &RowState::scale)
+      .def_ro("kind", &RowState::kind)
+      .def_ro("multiplier", &RowState::multiplier);
+  nb::class_<NonFinite>(m, "NonFinite", "The first value that is not finite.")
+      .def_ro("function", &NonFinite::function)
+      .def_ro("what", &NonFinite::what)
+      .def_ro("knot", &NonFinite::knot);
   nb::class_<Snapshot>(m, "Snapshot", "A trajectory that can be evaluated; see snapshot.hpp.")
       .def("__init__", &make_snapshot, "problem"_a, "form"_a, "parameters"_a, "measured"_a,
            "trajectory"_a, "policies"_a)
@@ -259,7 +270,8 @@ void bind_results(nb::module_& m) {
                    [](const Snapshot& s) { return Eigen::VectorXd(s.inputs.measured()); })
       .def("evaluate", &Snapshot::evaluate)
       .def("violations", &Snapshot::violations)
-      .def("worst_rows", &Snapshot::worst_rows, "count"_a);
+      .def("worst_rows", &Snapshot::worst_rows, "count"_a)
+      .def("rows", &Snapshot::rows);
   nb::class_<Plan, Snapshot>(m, "Plan", "Outcome of a solve, a value; see plan.hpp.")
       .def_ro("status", &Plan::status)
       .def_prop_ro("is_usable", &Plan::is_usable)
@@ -269,7 +281,11 @@ void bind_results(nb::module_& m) {
       .def_ro("history", &Plan::history)
       .def_ro("times", &Plan::times)
       .def_ro("feedback_ms", &Plan::feedback_ms)
-      .def("violations", &Plan::violations);
+      .def("violations", &Plan::violations)
+      .def("certificate_rows", &Plan::certificate_rows)
+      .def_prop_ro("non_finite", [](const Plan& p) {
+        return p.non_finite.found ? std::optional(p.non_finite) : std::nullopt;
+      });
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palanquin import _core
 from palanquin.errors import ProblemError
+from palanquin.plan_report import RowReport
 from palanquin.policies import Policy
 
 _KEPT_ROWS = 1000  # of a copy that has left the engine
@@ -35,6 +36,7 @@ class Evaluation:
     hard_violation: float
     _at: _core.Snapshot | None = field(repr=False, compare=False)
     _violation: dict[str, float] | None = field(default=None, repr=False, compare=False)
+    _all_rows: list[RowReport] = field(default_factory=list, repr=False, compare=False)
     _rows: list[tuple[str, float]] = field(default_factory=list, repr=False, compare=False)
 
     @staticmethod
@@ -63,6 +65,12 @@ class Evaluation:
             raise ProblemError("a pickled evaluation has its results alone")
         return self._at
 
+    def rows(self) -> list[RowReport]:
+        """Every row at every knot with its value, see `Plan.rows`."""
+        if self._at is None:
+            return list(self._all_rows)
+        return [RowReport.of(row) for row in self._at.rows()]
+
     def worst_rows(self, count: int = 5) -> list[tuple[str, float]]:
         """Names and residuals of the worst rows: constraint, robot, limb, row, knot."""
         if self._at is None:
@@ -71,7 +79,11 @@ class Evaluation:
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the engine's objects."""
-        computed = {"_violation": self.violation, "_rows": self.worst_rows(_KEPT_ROWS)}
+        computed = {
+            "_violation": self.violation,
+            "_all_rows": self.rows(),
+            "_rows": self.worst_rows(_KEPT_ROWS),
+        }
         return {**self.__dict__, **computed, "_at": None}
 
 

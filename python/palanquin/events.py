@@ -28,6 +28,8 @@ class EventKind(StrEnum):
     """The plain QP or its step failed; one with Levenberg-Marquardt damping gave the step."""
     RESTORED_STEP = "restored_step"
     """The QP had no solution; the step brings the rows closer instead."""
+    SURE_METHOD = "sure_method"
+    """The fast method for a QP's hard rows failed; a slower one answered."""
     KEPT_PLAN = "kept_plan"
     """No step was acceptable: the plan is the guess, in a closed loop the last plan shifted."""
     RESTART = "restart"
@@ -58,9 +60,16 @@ def plan_events(plan: Plan, time: float) -> tuple[Event, ...]:
         if record.refused_cycle:
             reason = f"iteration {number} would have led back to iteration {number - 2}"
             events.append(Event(time, EventKind.REFUSED_CYCLE, reason))
+        if record.fell_back:
+            reason = f"iteration {number}: the QP was {record.qp_status}"
+            events.append(Event(time, EventKind.SURE_METHOD, reason))
         if kind := _KIND_OF_STEP.get(record.step):
             kept = kind is EventKind.KEPT_PLAN
             step = f"iteration {number}: step length {record.step_length:.3g}"
+            if record.damping > 0:
+                step += f", damping {record.damping:.2g}"
+            if record.convexified:
+                step += ", Hessians mirrored"
             events.append(Event(time, kind, plan.message if kept else step))
     if not plan.is_usable and not any(event.kind is EventKind.KEPT_PLAN for event in events):
         events.append(Event(time, EventKind.KEPT_PLAN, plan.message))

@@ -8,7 +8,7 @@ import logging
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,12 +19,16 @@ from palanquin.evaluation import Evaluation, core_policy
 from palanquin.instance import Instance, Method
 from palanquin.lowered import Lowered
 from palanquin.named_array import NamedArray
+from palanquin.plan_report import (
+    NonFiniteReport,
+    PlanReport,
+    RowReport,
+    by_constraint,
+    plan_report,
+)
 from palanquin.policies import Policy
 from palanquin.problem import checked_horizon
 from palanquin.settings import configure
-
-if TYPE_CHECKING:
-    from palanquin.plan_report import PlanReport
 
 Status = _core.Status
 logger = logging.getLogger("palanquin.dump")
@@ -49,6 +53,11 @@ class Plan:
             row is violated by more than the solver's `usable_violation`.
         message: the status in words.
         evaluation: what follows is read from it.
+        certificate: of INFEASIBLE by the SQP, what proves it: the rows that the proof needs, with
+            weights y of norm 1 (`multiplier`) for which the rows' derivatives cancel each other
+            along the dynamics, while sum y * value > 0. The point is a stationary one of the
+            violation.
+        non_finite: of NON_FINITE, the first value that was not finite.
         iterations: a record per SQP iteration (empty for Ipopt).
         iteration_count: number of iterations.
         timings_ms: milliseconds per phase, and "total".
@@ -63,7 +72,25 @@ class Plan:
     iterations: list[_core.IterationRecord]
     iteration_count: int
     timings_ms: dict[str, float]
+    certificate: list[RowReport] = field(default_factory=list, repr=False)
+    non_finite: NonFiniteReport | None = None
     instance: Instance | None = field(default=None, repr=False, compare=False)
+
+    def rows(self) -> list[RowReport]:
+        """Every row at every knot: value and multiplier, by constraint, owner, limb, row and knot.
+
+        Multipliers are those of the last QP, or Ipopt's; a pickled copy has the rows too.
+        """
+        return self.evaluation.rows()
+
+    @property
+    def multipliers(self) -> dict[str, NDArray[np.float64]]:
+        """Multipliers [N + 1, m] of every constraint, and of "dynamics of BLOCK".
+
+        A constraint's m rows are in the order of statement: by owner, limb and index. NaN where a
+        knot does not have the row, or the solver no multiplier for it; signs as in `rows`.
+        """
+        return by_constraint(self.rows(), len(self.trajectory.values) - 1)
 
     def dump(self, path: str | os.PathLike[str]) -> Path:
         """Writes the solve as one file, which `palanquin solve FILE` and `palanquin.read_dump`
@@ -87,8 +114,6 @@ class Plan:
 
         Raises ProblemError for a pickled copy.
         """
-        from palanquin.plan_report import plan_report
-
         if self.instance is None:
             raise ProblemError("a pickled plan has its results alone; explain it before")
         return plan_report(self, count)
@@ -211,6 +236,8 @@ class _Solver(Generic[Settings]):
             iterations=found.history,
             iteration_count=found.iterations,
             timings_ms=timings_ms,
+            certificate=_weighted(found.certificate_rows()),
+            non_finite=_non_finite(found.non_finite),
             instance=instance,
         )
         if self._dumps and not plan.is_usable:
@@ -233,6 +260,15 @@ class _Solver(Generic[Settings]):
         z = np.asarray(measured, float)
         start = np.tile(z, (self.horizon + 1, 1)) if guess is None else np.asarray(guess, float)
         return p, z, np.ascontiguousarray(start)
+
+
+def _weighted(rows: list[_core.RowState]) -> list[RowReport]:
+    """Rows whose weights are more than rounding."""
+    return [RowReport.of(row) for row in rows if abs(row.multiplier) > 1e-9]
+
+
+def _non_finite(found: _core.NonFinite | None) -> NonFiniteReport | None:
+    return NonFiniteReport(found.function, found.what, found.knot) if found else None
 
 
 class _Dumps:

@@ -62,6 +62,27 @@ class WatchedNlp final : public Nlp {
   }
 };
 
+/// Multipliers of x+ - d(z) made those of the dynamics as stated, x+ - d(z, x+): with e and e' the
+/// residuals of both, (I - N) e = e'.
+void make_implicit(const StageQp& qp, RowMultipliers& multipliers) {
+  Eigen::VectorXd sum;
+  for (std::size_t k = 0; k < multipliers.dynamics.size(); ++k) {
+    const SparseBlock& implicit = qp.stages[k].implicit;
+    Eigen::VectorXd& explicit_ones = multipliers.dynamics[k];
+    Eigen::VectorXd found = Eigen::VectorXd::Zero(implicit.rows);
+    const Eigen::Index states = explicit_ones.size();
+    found.head(states) = explicit_ones;
+    for (Eigen::Index i = 0; i < states; ++i) {  // N is nilpotent: as many terms end the series
+      sum.setZero(implicit.rows);
+      sum.head(states) = explicit_ones;
+      implicit.multiply_transposed_add(found.data(), sum.data());
+      if (sum == found) break;
+      found.swap(sum);
+    }
+    explicit_ones = found.head(states);
+  }
+}
+
 }  // namespace
 
 Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
@@ -82,6 +103,7 @@ Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
   if (bad.found) {
     result.status = Status::NonFinite;
     result.message = bad.message;
+    result.non_finite = bad;
     result.trajectory = start;
     return result;
   }
@@ -114,7 +136,10 @@ Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
   if (result.status == Status::Infeasible)
     result.message += "; " + describe_worst_rows(*result.model, result.inputs, result.trajectory);
   if (result.status == Status::NonFinite) return result;
+  result.multipliers = nlp->multipliers();
   result.evaluation = transcription_.evaluate(result.trajectory);
+  if (!transcription_.linearize(result.trajectory).found)
+    make_implicit(transcription_.qp(), result.multipliers);
   if (!settings_.penalize) result.evaluation.penalty = 0.0;
   return result;
 }

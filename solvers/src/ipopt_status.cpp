@@ -22,7 +22,7 @@ std::pair<Status, std::string> interpret_ipopt(int code) {
       return {Status::NotSolved, "maximum number of iterations exceeded"};
     case ::Ipopt::Maximum_CpuTime_Exceeded:
     case ::Ipopt::Maximum_WallTime_Exceeded:
-      return {Status::NotSolved, "maximum time exceeded"};
+      return {Status::TimeLimit, "maximum time exceeded"};
     case ::Ipopt::User_Requested_Stop:
       return {Status::NotSolved, "stopped on request"};
     case ::Ipopt::Diverging_Iterates:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "palanquin/core/manifold.hpp"
+
 namespace palanquin {
 
 namespace {
@@ -400,9 +402,51 @@ bool Nlp::get_starting_point(Index, bool, Number* x, bool, Number*, Number*, Ind
 }
 
 void Nlp::finalize_solution(::Ipopt::SolverReturn, Index, const Number* x, const Number*,
-                            const Number*, Index, const Number*, const Number*, Number,
+                            const Number*, Index, const Number*, const Number* lambda, Number,
                             const ::Ipopt::IpoptData*, ::Ipopt::IpoptCalculatedQuantities*) {
   scatter(x);
+  keep_multipliers(lambda);
+}
+
+/// Rows of the dynamics in the tangent space: d - s x+ changes by T(s x+) e with e = d (-) x+.
+void Nlp::keep_multipliers(const Number* lambda) {
+  multipliers_ = {};
+  for (std::size_t k = 0; k < knots_.size(); ++k) {
+    const Knot& knot = knots_[k];
+    const auto of = [&](Index first, std::size_t size) {
+      return Eigen::Map<const Eigen::VectorXd>(lambda + first, static_cast<Eigen::Index>(size));
+    };
+    multipliers_.equality.emplace_back(of(knot.equality_row, knot.equality.size()));
+    multipliers_.link.emplace_back(of(knot.link_row, knot.link.size()));
+    std::vector<double> hard, penalised;
+    for (std::size_t i = 0; i < knot.inequality.size(); ++i)
+      (knot.policy[i].kind == PolicyKind::Hard ? hard : penalised)
+          .push_back(lambda[knot.inequality_row + static_cast<Index>(i)]);
+    const auto vector = [](const std::vector<double>& v) {
+      return Eigen::VectorXd::Map(v.data(), static_cast<Eigen::Index>(v.size()));
+    };
+    multipliers_.inequality.emplace_back(vector(hard));
+    multipliers_.penalty.emplace_back(vector(penalised));
+    if (knot.dynamics_row < 0) continue;
+    Eigen::VectorXd& dynamics = multipliers_.dynamics.emplace_back(problem_.ndx());
+    const Number* ambient = lambda + knot.dynamics_row;
+    const double* side = knot.side.data();
+    double* tangent = dynamics.data();
+    for (const BlockInfo& b : problem_.states()) {
+      if (b.is_quaternion) {
+        const auto next = trajectory_.row(static_cast<Eigen::Index>(k) + 1);
+        const Vector4 q = *side * next.segment(b.offset, 4).transpose();
+        for (int i = 0; i < 3; ++i)
+          tangent[i] =
+              0.5 * Vector4::Map(ambient).dot(quaternion_multiply(q, Vector4::Unit(i + 1)));
+      } else {
+        std::copy_n(ambient, b.size, tangent);
+      }
+      ambient += b.size;
+      side += b.size;
+      tangent += b.tangent_size;
+    }
+  }
 }
 
 }  // namespace palanquin

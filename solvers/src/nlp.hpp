@@ -3,6 +3,7 @@
 #include <IpTNLP.hpp>
 #include <vector>
 
+#include "palanquin/core/diagnosis/violations.hpp"
 #include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/ipopt.hpp"
 
@@ -31,6 +32,8 @@ class Nlp : public ::Ipopt::TNLP {
 
   /// The last iterate as a trajectory.
   const RowMatrix& trajectory() const { return trajectory_; }
+  /// Of that iterate. The penalties' slopes stand for themselves.
+  const RowMultipliers& multipliers() const { return multipliers_; }
 
  private:
   using Index = ::Ipopt::Index;
@@ -80,6 +83,7 @@ class Nlp : public ::Ipopt::TNLP {
   void visit_jacobian(Emit emit) const;
   template <typename Emit>
   void visit_hessian(Emit emit) const;
+  void keep_multipliers(const Number* lambda);
   void evaluate_hessians(Number sigma, const Number* lambda);
 
   const LoweredProblem& problem_;
@@ -87,6 +91,7 @@ class Nlp : public ::Ipopt::TNLP {
   RowMatrix parameters_;
   Eigen::VectorXd measured_;
   RowMatrix guess_, trajectory_;
+  RowMultipliers multipliers_;
   std::vector<Knot> knots_;
   std::vector<int> state_entries_;  // entries of z that are states
   std::vector<double> slack_values_;

@@ -9,4 +9,9 @@ std::map<std::string, double> Plan::violations() const {
   return worst;
 }
 
+std::vector<RowState> Plan::certificate_rows() const {
+  if (!certificate.is_known()) return {};
+  return row_states(*model, inputs, trajectory, certificate);
+}
+
 }  // namespace palanquin

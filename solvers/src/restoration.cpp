@@ -125,8 +125,7 @@ void Restoration::build(const StageQp& qp, const std::vector<Eigen::VectorXd>& s
   for (const Eigen::VectorXd& knot : scale)
     if (knot.size() > 0) weight = std::max(weight, knot.maxCoeff());
   row_norm_ = std::max(row_norm_, largest_row(qp));
-  const double stiffness =
-      (with_cost ? kElasticStiffness : 1.0) * weight / (row_norm_ > 0.0 ? row_norm_ : 1.0);
+  stiffness_ = (with_cost ? kElasticStiffness : 1.0) * weight / (row_norm_ > 0.0 ? row_norm_ : 1.0);
   relaxed_.stages.resize(qp.stages.size());
   relaxed_.initial_state = qp.initial_state;
   relaxed_.structure_revision = 2 * qp.structure_revision + (with_cost ? 1 : 0);
@@ -139,7 +138,7 @@ void Restoration::build(const StageQp& qp, const std::vector<Eigen::VectorXd>& s
     stage.inequality_jacobian = stage.equality_jacobian;
     stage.equality_value.resize(0);
     stage.inequality_value.resize(0);
-    penalize_rows(qp.stages[k], stiffness, with_cost, stage);
+    penalize_rows(qp.stages[k], stiffness_, with_cost, stage);
     if (!with_cost) {
       // Short steps leave the dynamics' residuals alone: so w = 0 is a candidate, and the rows
       // fall.
@@ -159,6 +158,28 @@ QpStatus Restoration::solve(const StageQp& qp, const std::vector<Eigen::VectorXd
   if (is_usable(status))
     for (std::size_t k = 0; k < point_.w.size(); ++k) step.w[k] = point_.w[k];
   return status;
+}
+
+StageQpSolution Restoration::certificate(const StageQp& qp) {
+  StageQpSolution weights;
+  weights.resize(qp);
+  solver_->find_dynamics_multipliers(point_);
+  const double norm = predicted_ > 0.0 ? predicted_ : 1.0;
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    const double* w = point_.w[k].data();
+    Eigen::VectorXd& equality = weights.equality_multiplier[k];
+    equality = stage.equality_value;
+    stage.equality_jacobian.multiply_add(w, equality.data());
+    equality /= norm;
+    Eigen::VectorXd& inequality = weights.inequality_multiplier[k];
+    inequality = stage.inequality_value;
+    stage.inequality_jacobian.multiply_add(w, inequality.data());
+    inequality = inequality.cwiseMax(0.0) / norm;
+    weights.dynamics_multiplier[k] = point_.dynamics_multiplier[k] / (stiffness_ * norm);
+    weights.link_multiplier[k] = point_.link_multiplier[k] / (stiffness_ * norm);
+  }
+  return weights;
 }
 
 bool Restoration::is_stationary_when_balanced(const StageQp& qp,

@@ -15,20 +15,24 @@
 namespace palanquin {
 
 namespace {
+using Clock = std::chrono::steady_clock;
+
 const SqpSettings& checked(const SqpSettings& settings) {
   if (const std::string reason = settings.explain_invalid(); !reason.empty())
     throw std::invalid_argument(reason);
   return settings;
 }
 
-/// "block 'x' (knot 3)" of the first value that is not finite; empty if all are.
-std::string find_non_finite(const LoweredProblem& problem, const RowMatrix& trajectory) {
-  if (all_finite(trajectory)) return "";
-  for (Eigen::Index k = 0; k < trajectory.rows(); ++k)
+/// The first value of a guess that is not finite.
+NonFinite find_non_finite(const LoweredProblem& problem, const RowMatrix& guess) {
+  if (all_finite(guess)) return {};
+  for (int k = 0; k < guess.rows(); ++k)
     for (const BlockInfo& b : problem.blocks())
-      if (!trajectory.row(k).segment(b.offset, b.size).allFinite())
-        return "block '" + b.name + "' (knot " + std::to_string(k) + ")";
-  return "";
+      if (!guess.row(k).segment(b.offset, b.size).allFinite()) {
+        const std::string where = "block '" + b.name + "' (knot " + std::to_string(k) + ")";
+        return {true, "the guess is not finite in " + where, "guess", where, k};
+      }
+  return {};
 }
 
 Merit merit_of(const Evaluation& evaluation) {
@@ -95,6 +99,7 @@ Plan Sqp::solve_plan(MatrixView parameters, VectorView measured, MatrixView gues
 }
 
 Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
+  set_deadline();
   if (!start(parameters, measured, guess)) return status_;
   is_real_time_ = settings_.max_iterations == 1;
   while (status_ == Status::NotSolved) {
@@ -107,6 +112,7 @@ Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
 
 bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess) {
   const auto use = user_.change("prepare");
+  deadline_ = Clock::time_point::max();
   if (!start(parameters, predicted, guess)) return false;
   prepared_ = {};
   if (!linearize(prepared_)) return false;
@@ -145,10 +151,14 @@ Status Sqp::finish_feedback(VectorView measured) {
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   Stopwatch watch;
-  is_prepared_ = false;
+  is_prepared_ = is_late_ = false;
+  best_evaluation_ = Evaluation{};
   history_.clear();
   status_ = Status::NotSolved;
   message_.clear();
+  has_multipliers_ = false;
+  certificate_ = {};
+  non_finite_ = {};
   evaluation_ = Evaluation{};
   start_cost_ = feedback_ms_ = Evaluation::kNaN;
   transcription_.set_policies(policies_);
@@ -156,9 +166,8 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   transcription_.set_measured(measured);
   iterate_ = guess;
   transcription_.project(iterate_);
-  if (const std::string where = find_non_finite(transcription_.problem(), iterate_);
-      !where.empty()) {
-    finish(Status::NonFinite, "the guess is not finite in " + where);
+  if (NonFinite bad = find_non_finite(transcription_.problem(), iterate_); bad.found) {
+    finish_non_finite(std::move(bad));
     return false;
   }
   transcription_.place_initial_state(iterate_);
@@ -178,7 +187,7 @@ bool Sqp::linearize(IterationRecord& record) {
   const NonFinite bad = transcription_.linearize(iterate_);
   record.times.linearize = watch.lap_ms();
   if (bad.found) {
-    finish(Status::NonFinite, bad.message);
+    finish_non_finite(bad);
     return false;
   }
   added_damping_ = 0.0;
@@ -221,11 +230,12 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
 /// Steps 2 and 3, with more damping as long as they fail.
 bool Sqp::find_step(IterationRecord& record, bool is_prepared) {
   restored_below_ = std::numeric_limits<double>::infinity();
-  for (int attempt = 1;; ++attempt, is_prepared = false) {
+  for (int attempt = 1; goes_on(attempt == 1); ++attempt, is_prepared = false) {
     record.damping = damping_.weight();
     if (solve_qp(record, is_prepared) && search_step(record)) return true;
     if (attempt == settings_.damping.max_attempts || !damp_more(record)) return false;
   }
+  return false;
 }
 
 /// Step 2.
@@ -239,15 +249,17 @@ bool Sqp::solve_qp(IterationRecord& record, bool is_prepared) {
                                              : subproblem_.solve(qp, *qp_solver_, solution_);
   record.qp_status = result.status;
   record.inner_iterations += result.iterations;
+  record.fell_back = record.fell_back || qp_solver_->fell_back();
   record.times.update += result.update_ms;
   record.times.solve += watch.lap_ms() - result.update_ms;
   if (result.status == QpStatus::Unsupported)
     throw std::invalid_argument(explain_unsupported(transcription_, *qp_solver_));
   if (!is_usable(result.status)) {
     if (const NonFinite bad = find_non_finite_derivative(transcription_); bad.found)
-      finish(Status::NonFinite, bad.message);
+      finish_non_finite(bad);
     return false;
   }
+  has_multipliers_ = true;
   record.predicted = result.predicted_change;
   if (!is_real_time_ || settings_.hessian == HessianKind::Exact)
     qp_solver_->find_dynamics_multipliers(solution_);
@@ -278,7 +290,7 @@ bool Sqp::search_step(IterationRecord& record) {
   // Where rows are violated the restoration is better than many short steps.
   const double min_step = settings_.line_search.min_step;
   const double shortest = is_feasible(evaluation_) ? min_step : std::sqrt(min_step);
-  for (double alpha = 1.0; !found && alpha >= shortest;
+  for (double alpha = 1.0; !found && alpha >= shortest && goes_on(alpha == 1.0);
        alpha *= settings_.line_search.contraction) {
     try_length(alpha);
     found = trial_evaluation_.is_finite && is_acceptable(alpha, record);
@@ -318,6 +330,7 @@ void Sqp::accept(double alpha, StepKind kind, IterationRecord& record) {
   before_ = evaluation_;
   iterate_.swap(trial_);
   evaluation_ = trial_evaluation_;
+  if (has_deadline()) keep_best();
   record.step_length = alpha;
   record.step = kind;
 }
@@ -327,7 +340,7 @@ bool Sqp::restore(IterationRecord& record) {
   const bool rows_failed =
       !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
   const bool may = !is_real_time_ || settings_.restoration.elastic;
-  if (status_ != Status::NotSolved || !rows_failed || !may) return false;
+  if (status_ != Status::NotSolved || !rows_failed || !may || is_late()) return false;
   if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
   constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
   filter_.add(merit_of(evaluation_));
@@ -339,7 +352,7 @@ bool Sqp::restore(IterationRecord& record) {
     if (!is_real_time_ && dynamics_hold() && restoration_.is_stationary())
       return finish_infeasible();
     found = search_restoration(record);
-  } while (!found && restoration_.shorten());
+  } while (!found && !is_late() && restoration_.shorten());
   if (!found) restoration_.reset();
   if (is_real_time_ || !dynamics_hold()) return found;
   const bool has_gained =
@@ -349,6 +362,7 @@ bool Sqp::restore(IterationRecord& record) {
 }
 
 bool Sqp::finish_infeasible() {
+  certificate_ = restoration_.certificate(transcription_.qp());
   finish(Status::Infeasible,
          "the rows cannot be met: no step brings them closer; " + describe_worst_rows(iterate_));
   return true;
@@ -394,7 +408,9 @@ void Sqp::keep_iterate(IterationRecord& record) {
     evaluation_ = transcription_.evaluate(iterate_);
   }
   const bool is_solved = is_usable(record.qp_status);
-  if (is_real_time_ && is_solved)
+  if (is_late_)
+    finish_late();
+  else if (is_real_time_ && is_solved)
     finish(Status::Diverged, "cost or residuals blew up, however short the step");
   else if (is_solved && is_feasible(evaluation_))
     finish(Status::Stalled, "no step length was accepted from a feasible point");
@@ -431,6 +447,8 @@ void Sqp::close(IterationRecord& record) {
                                     std::to_string(largest_entry(iterate_)));
     else if (static_cast<int>(history_.size()) + 1 >= settings_.max_iterations)
       finish_at_limit();
+    else if (is_late())
+      finish_late();
     else
       update_damping(record);
   }
@@ -486,6 +504,42 @@ bool Sqp::is_feasible(const Evaluation& evaluation) const {
          evaluation.inequality_max <= settings_.equality_tolerance;
 }
 
+void Sqp::set_deadline() {
+  constexpr double kNone = 1e8;  // s; later than the clock can say
+  deadline_ = settings_.max_seconds < kNone
+                  ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                       std::chrono::duration<double>(settings_.max_seconds))
+                  : Clock::time_point::max();
+}
+
+bool Sqp::has_deadline() const { return deadline_ != Clock::time_point::max(); }
+
+bool Sqp::is_late() {
+  is_late_ = is_late_ || (has_deadline() && Clock::now() >= deadline_);
+  return is_late_;
+}
+
+/// Late or not, one QP is solved and its full step tried: a plan must answer to its measurement.
+bool Sqp::goes_on(bool is_first_try) { return (is_first_try && history_.empty()) || !is_late(); }
+
+/// Best is what the exact penalty function M = phi + |multipliers| theta says is.
+void Sqp::keep_best() {
+  const double weight = std::max(1.0, multiplier_norm(solution_));
+  const auto merit = [&](const Evaluation& e) { return e.total() + weight * e.infeasibility; };
+  if (merit(best_evaluation_) <= merit(evaluation_)) return;  // false while there is none: NaN
+  best_ = iterate_;
+  best_evaluation_ = evaluation_;
+}
+
+void Sqp::finish_late() {
+  if (best_evaluation_.is_finite) {
+    iterate_ = best_;
+    evaluation_ = best_evaluation_;
+  }
+  finish(Status::TimeLimit, "the time was up after " + std::to_string(history_.size() + 1) +
+                                " iterations; " + describe_worst_rows(iterate_));
+}
+
 /// Whether a full step would lead back to where the iteration was two steps ago: two linearisations
 /// that send each other to and fro, which the filter does not see.
 bool Sqp::is_cycle(const Merit& trial) const {
@@ -514,6 +568,11 @@ bool Sqp::is_converged(IterationRecord& record) {
   constexpr double kMultiplierError = 5.0;
   return record.stationarity <=
          std::max(settings_.stationarity_tolerance, kMultiplierError * qp_solver_->accuracy());
+}
+
+void Sqp::finish_non_finite(NonFinite found) {
+  finish(Status::NonFinite, found.message);
+  non_finite_ = std::move(found);
 }
 
 void Sqp::finish(Status status, std::string_view message) {

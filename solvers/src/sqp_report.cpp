@@ -99,6 +99,30 @@ Plan Sqp::plan() const {
   return make_plan();
 }
 
+namespace {
+/// The multipliers of a solution, by row instead of by state: those of x_0 are of no row.
+RowMultipliers by_row(StageQpSolution solution) {
+  RowMultipliers rows;
+  auto& dynamics = solution.dynamics_multiplier;
+  if (!dynamics.empty()) dynamics.erase(dynamics.begin());
+  rows.dynamics = std::move(dynamics);
+  rows.equality = std::move(solution.equality_multiplier);
+  rows.inequality = std::move(solution.inequality_multiplier);
+  rows.link = std::move(solution.link_multiplier);
+  return rows;
+}
+}  // namespace
+
+/// Those of the last QP; none where no QP of this solve was solved, or its rows contradict.
+RowMultipliers Sqp::row_multipliers() const {
+  const bool is_meant = has_multipliers_ && !is_prepared_ && status_ != Status::Infeasible &&
+                        status_ != Status::NonFinite;
+  if (!is_meant) return {};
+  StageQpSolution solution = solution_;
+  qp_solver_->find_dynamics_multipliers(solution);
+  return by_row(std::move(solution));
+}
+
 Plan Sqp::make_plan() const {
   Plan plan(transcription_.shared_model());
   plan.inputs = transcription_.inputs();
@@ -106,6 +130,9 @@ Plan Sqp::make_plan() const {
   plan.status = status_;
   plan.message = message_;
   plan.evaluation = evaluation_;
+  plan.multipliers = row_multipliers();
+  plan.certificate = by_row(certificate_);
+  plan.non_finite = non_finite_;
   plan.usable_violation = settings_.usable_violation;
   plan.history = history_;
   plan.iterations = static_cast<int>(history_.size());

@@ -8,6 +8,7 @@ std::string SqpSettings::explain_invalid() const {
   return SettingRules("sqp.")
       .at_least("threads", threads, 1)
       .at_least("max_iterations", max_iterations, 1)
+      .positive("max_seconds", max_seconds)
       .positive("cost_tolerance", cost_tolerance)
       .positive("equality_tolerance", equality_tolerance)
       .positive("stationarity_tolerance", stationarity_tolerance)

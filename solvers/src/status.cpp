@@ -10,6 +10,8 @@ std::string_view to_string(Status status) {
       return "converged";
     case Status::IterationLimit:
       return "iteration_limit";
+    case Status::TimeLimit:
+      return "time_limit";
     case Status::Stalled:
       return "stalled";
     case Status::Saddle:

@@ -8,7 +8,7 @@ from support.small_problems import LIBRARY
 import palanquin as pq
 from palanquin.checking.differences import Derivative, differences, faults
 from palanquin.checking.structure import dependencies
-from palanquin.lowering import functions
+from palanquin.lowering import exact, functions, knot, nlp
 
 SQP = ("sqp",)
 
@@ -85,6 +85,53 @@ def test_a_wrong_derivative_is_found(monkeypatch, name):
     report = problem.check(libraries=SQP)
     assert not report.is_ok
     assert ("running", *TAMPERED[name]) in found(report, "derivative")
+
+
+# Function and index of a result of which one entry is changed; then what the finding is about.
+PLANTED = {
+    "chart": ("chart", 1, "chart of foot[2]"),
+    "link": ("link_linear", 2, "rate (robot left, row 0)"),
+    "link, knot before": ("link_linear", 1, "rate (robot left, row 0)"),
+    "terminal rows": ("terminal_linear", 6, "end (row 0)"),
+    "exact Hessian": ("exact_running", 0, "Lagrangian's gradient by "),
+    "exact terminal Hessian": ("exact_terminal", 0, "Lagrangian's gradient by "),
+    "Ipopt's dynamics": ("nlp_running", 4, "dynamics of "),
+    "Ipopt's cost": ("nlp_terminal", 3, "cost"),
+    "Ipopt's link": ("nlp_link", 2, "rate (robot left, row 0)"),
+    "Ipopt's Hessian": ("nlp_running_hessian", 0, "Lagrangian's gradient by "),
+    "Ipopt's link Hessian": ("nlp_link_hessian", 0, "Lagrangian's gradient by "),
+}
+
+
+@pytest.mark.parametrize("fault", PLANTED)
+@pytest.mark.usefixtures("own_cache")
+def test_a_fault_of_any_function_is_found_and_named(monkeypatch, fault):
+    """One entry is changed in what is compiled; every other function stays as it is."""
+    name, index, row = PLANTED[fault]
+    true = knot.function
+
+    def changed(problem, of, arguments, results):
+        if of == name:
+            wrong = ca.SX(results[index])
+            i, j = (int(entry[-1]) for entry in wrong.sparsity().get_triplet())
+            wrong[i, j] += 0.5
+            results = [*results[:index], wrong, *results[index + 1 :]]
+        return true(problem, of, arguments, results)
+
+    for module in (functions, exact, nlp):
+        monkeypatch.setattr(module, "function", changed)
+    problem, x, _, u, _ = glider()
+    ground = pq.Chart(2, lambda y: ca.vertcat(y, 0.1 * y[0] ** 2))
+    foot = problem.variable("foot", 3, role=pq.Role.LOCAL, chart=ground)
+    problem.residual("foot", foot - 1)
+    problem.link("rate", u[0] - problem.previous(u)[0] ** 2, robot="left")
+    problem.inequality("end", x[0] - 1, at="terminal")
+    report = problem.check()
+    assert not report.is_ok
+    wrong = [(of, which) for of, which, _ in found(report, "derivative")]
+    assert any(of == name.removesuffix("_linear") and which.startswith(row) for of, which in wrong)
+    others = {of for of, _ in wrong} - {name.removesuffix("_linear")}
+    assert not others - {f"{name}_hessian"}  # differences of a wrong Jacobian
 
 
 @pytest.mark.usefixtures("own_cache")
@@ -211,6 +258,14 @@ def test_idle_inputs_are_named():
     report = problem.check(libraries=SQP)
     assert found(report, "unused") == [("running", "idle[1]", "")]
     assert ("running", "v[0]", "") in found(report, "scaling")
+
+
+def test_variables_that_rows_tie_are_not_idle():
+    problem, _, _, u, _ = glider()
+    rate, copy = problem.input("rate", 1), problem.input("copy", 1)
+    problem.link("rate", rate - (u[0] - problem.previous(u)[0]))
+    problem.equality("copy", copy - u[1])
+    assert not found(problem.check(libraries=SQP), "scaling")
 
 
 def test_absent_variables_are_not_idle():

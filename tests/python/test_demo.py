@@ -136,6 +136,8 @@ def test_a_team_that_falls_has_not_completed(tmp_path, no_graphics):
     result = run(tmp_path, *options)
     assert result.exit_code == 1, result.output
     assert "not completed: a body fell" in result.output
+    assert "where planning failed last: plan of 'clm1': " in result.output
+    assert "may not be executed" in result.output
     figures = figures_of(tmp_path / "trot" / "trot.json")
     assert figures["fell"] is True
     assert figures["completed"] is False

@@ -61,7 +61,13 @@ def test_without_the_guard_the_cycle_goes_on(overshooting):
 
 
 def fake_plan(*steps, is_usable=True, message=""):
-    records = [SimpleNamespace(step=step, step_length=0.25, refused_cycle=False) for step in steps]
+    records = [
+        SimpleNamespace(
+            step=step, step_length=0.25, refused_cycle=False, fell_back=False, damping=0.0,
+            convexified=False,
+        )
+        for step in steps
+    ]  # fmt: skip
     return SimpleNamespace(iterations=records, is_usable=is_usable, message=message)
 
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "palanquin/core/finite.hpp"
@@ -31,27 +32,47 @@ bool has_finite_derivatives(const QpStage& stage) {
 
 std::string at_knot(int knot) { return " (knot " + std::to_string(knot) + ")"; }
 
-NonFinite report(const std::string& where, StageKind stage, const char* suffix = "") {
-  const std::string function = stage == StageKind::Running ? "running" : "terminal";
-  return {true, "function '" + function + suffix + "' is not finite in " + where};
+/// The lowered function that gives rows of a kind, or what a stage has besides.
+std::string function_of(StageKind stage, RowKind kind = RowKind::Equality) {
+  if (kind == RowKind::Link) return "link";
+  return stage == StageKind::Running ? "running" : "terminal";
+}
+
+NonFinite report(const std::string& what, const std::string& function, int knot) {
+  return {true, "function '" + function + "' is not finite in " + what, function, what, knot};
+}
+
+NonFinite report_derivative(const std::string& what, const std::string& function, int knot) {
+  return report("the derivative of " + what, function + "_linear", knot);
 }
 
 NonFinite name_derivative(const LoweredProblem& problem, const QpStage& stage, const KnotRows& rows,
                           int knot) {
-  const std::array<std::tuple<const SparseBlock*, const std::vector<int>*, RowKind>, 3> blocks = {
-      {{&stage.penalty_jacobian, &rows.penalty_rows, RowKind::Inequality},
-       {&stage.inequality_jacobian, &rows.inequality_rows, RowKind::Inequality},
-       {&stage.link_jacobian, &rows.link_rows, RowKind::Link}}};
-  for (const auto& [block, of_rows, kind] : blocks)
+  std::vector<std::pair<int, RowKind>> equalities;  // link rows of one knot are behind the others
+  for (int row : rows.equality_rows) equalities.emplace_back(row, RowKind::Equality);
+  for (int row : rows.own_links) equalities.emplace_back(row, RowKind::Link);
+  const auto in_order = [](const std::vector<int>& indices, RowKind kind) {
+    std::vector<std::pair<int, RowKind>> named;
+    for (int row : indices) named.emplace_back(row, kind);
+    return named;
+  };
+  const auto penalties = in_order(rows.penalty_rows, RowKind::Inequality);
+  const auto hard = in_order(rows.inequality_rows, RowKind::Inequality);
+  const auto links = in_order(rows.link_rows, RowKind::Link);
+  using Block = std::pair<const SparseBlock*, const std::vector<std::pair<int, RowKind>>*>;
+  for (const auto& [block, names] :
+       {Block{&stage.penalty_jacobian, &penalties}, Block{&stage.inequality_jacobian, &hard},
+        Block{&stage.equality_jacobian, &equalities}, Block{&stage.link_jacobian, &links},
+        Block{&stage.link_previous, &links}})
     for (std::size_t n = 0; n < block->values.size(); ++n)
       if (!std::isfinite(block->values[n])) {
-        const int row = (*of_rows)[size_of(block->row_index[n])];
-        return report("the derivative of " + problem.row_name(rows.stage, kind, row, knot),
-                      rows.stage, "_linear");
+        const auto& [row, kind] = (*names)[size_of(block->row_index[n])];
+        return report_derivative(problem.row_name(rows.stage, kind, row, knot),
+                                 function_of(rows.stage, kind), knot);
       }
   const bool in_cost = !all_finite(stage.gradient) || !all_finite(stage.hessian.values);
-  const char* what = in_cost ? "the cost" : "the dynamics or rows";
-  return report("the derivative of " + std::string(what) + at_knot(knot), rows.stage, "_linear");
+  const char* what = in_cost ? "the cost" : "the dynamics";
+  return report_derivative(what + at_knot(knot), function_of(rows.stage), knot);
 }
 
 NonFinite name_value(const LoweredProblem& problem, const QpStage& stage, const KnotRows& rows,
@@ -59,8 +80,9 @@ NonFinite name_value(const LoweredProblem& problem, const QpStage& stage, const 
   if (rows.stage == StageKind::Running)
     for (std::size_t row = 0; row < values.next_state.size(); ++row)
       if (!std::isfinite(values.next_state[row]))
-        return report(problem.dynamics_name(static_cast<int>(row), knot), rows.stage);
-  if (!std::isfinite(values.cost)) return report("the cost" + at_knot(knot), rows.stage);
+        return report(problem.dynamics_name(static_cast<int>(row), knot), "running", knot);
+  if (!std::isfinite(values.cost))
+    return report("the cost" + at_knot(knot), function_of(rows.stage), knot);
   const std::array<std::tuple<const std::vector<int>*, const std::vector<double>*, RowKind>, 5>
       groups = {{{&rows.penalty_rows, &values.inequality, RowKind::Inequality},
                  {&rows.inequality_rows, &values.inequality, RowKind::Inequality},
@@ -70,7 +92,8 @@ NonFinite name_value(const LoweredProblem& problem, const QpStage& stage, const 
   for (const auto& [of_rows, of_kind, kind] : groups)
     for (int row : *of_rows)
       if (!std::isfinite((*of_kind)[size_of(row)]))
-        return report(problem.row_name(rows.stage, kind, row, knot), rows.stage);
+        return report(problem.row_name(rows.stage, kind, row, knot), function_of(rows.stage, kind),
+                      knot);
   return name_derivative(problem, stage, rows, knot);
 }
 

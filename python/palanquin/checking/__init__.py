@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core
 from palanquin.checking.code import Array, CompiledProblem, Point
@@ -182,11 +183,26 @@ def _random(
     code: CompiledProblem, base: Point, count: int, rng: np.random.Generator
 ) -> list[Point]:
     """Knots about a given one: steps of normal distribution in the tangent space, and parameters a
-    little larger than given.
+    little larger than given, but for flags.
     """
-    points = []
+    points, varied = [], ~_flags(code)
     for i in range(count):
         before, z, after = (code.moved(base.z, rng.normal(size=code.core.ndz)) for _ in range(3))
-        p = base.p + 0.1 * rng.uniform(size=base.p.size) * np.maximum(np.abs(base.p), 0.1)
+        p = base.p + 0.1 * varied * rng.uniform(size=base.p.size) * np.maximum(np.abs(base.p), 0.1)
         points.append(Point(f"random {i + 1}", before, z, after, p, base.roles))
     return points
+
+
+def _flags(code: CompiledProblem) -> NDArray[np.bool_]:
+    """Entries of p that say what is there: roles, active charts and rows depend on them. Of a
+    problem that was loaded from files, none is known.
+    """
+    stated = code.lowered.code
+    if not isinstance(stated, StatedCode):
+        return np.zeros(code.core.np, bool)
+    problem = stated.problem
+    says = [b.role for b in problem.blocks] + [r.active for r in problem.rows]
+    says += [ca.SX(b.chart.active) for b in problem.blocks if b.chart]
+    names = {s.name() for s in ca.symvar(ca.vertcat(*says))}
+    entries = ca.vertsplit(ca.vertcat(*(q.symbol for q in problem.parameters)))
+    return np.array([entry.name() in names for entry in entries])

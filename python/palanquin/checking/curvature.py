@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from palanquin.checking.code import EQUALITY, INEQUALITY, Array, CompiledProblem, Point
 from palanquin.checking.differences import TOLERANCE, Derivative, differences
@@ -132,6 +133,7 @@ class Terms:
         knot = knot_symbols(self.problem)
         arguments = [knot.z, knot.p]
         self._functions: dict[str, ca.Function] = {}
+        self._support = {term.name: self._columns_of(term) for term in self._terms()}
         for term in self._terms():
             if term.weight is None:
                 gradient, hessian = exact_tangent_hessian(self.problem, knot, term.expression)
@@ -145,6 +147,25 @@ class Terms:
     def _terms(self) -> list[CostTerm]:
         return [t for t in self.problem.costs if t.at in (self.stage, "all")]
 
+    def _columns_of(self, term: CostTerm) -> NDArray[np.intp]:
+        """Entries of dz that a term mentions; it is constant along the others."""
+        symbols = {s.name() for s in ca.symvar(term.expression)}
+        columns: list[int] = []
+        for stated, b in zip(self.problem.blocks, self.code.blocks, strict=True):
+            own = range(b.tangent_offset, b.tangent_offset + b.tangent_size)
+            is_used = [s.name() in symbols for s in ca.vertsplit(stated.symbol)]
+            if b.is_quaternion:
+                columns += own if any(is_used) else []
+            else:
+                columns += [i for i, used in zip(own, is_used, strict=True) if used]
+        return np.array(columns, dtype=np.intp)
+
+    def _moved(self, term: CostTerm, at: Point, dy: Array) -> Array:
+        """The knot after a step along the columns that a term mentions."""
+        dz = np.zeros(self.code.core.ndz)
+        dz[self._support[term.name]] = dy
+        return self.code.moved(at.z, dz)
+
     def _call(self, term: CostTerm, z: Array, p: Array) -> list[Array]:
         return [np.array(r) for r in self._functions[term.name].call([ca.DM(z), ca.DM(p)])]
 
@@ -154,20 +175,24 @@ class Terms:
             value, slope, hessian = self._call(term, at.z, at.p)
 
             def values(dz: Array, term: CostTerm = term) -> Array:
-                return self._call(term, self.code.moved(at.z, dz), at.p)[0].ravel()
+                return self._call(term, self._moved(term, at, dz), at.p)[0].ravel()
 
             def gradient(dz: Array, term: CostTerm = term) -> Array:
-                return self._call(term, self.code.moved(at.z, dz), at.p)[1].ravel()
+                slope = self._call(term, self._moved(term, at, dz), at.p)[1]
+                return slope.ravel()[self._support[term.name]]
 
             what = "cost" if term.weight is None else "residual"
             rows = [f"{what} '{term.name}'"]
             if value.size > 1:
                 rows = [f"{what} '{term.name}' (row {i})" for i in range(value.size)]
-            columns = self.code.columns
-            yield Derivative(self.stage, rows, columns, values, slope)
+            own = self._support[term.name]
+            columns = [self.code.columns[i] for i in own]
+            yield Derivative(self.stage, rows, columns, values, slope[:, own])
             if term.weight is None and np.isfinite(slope).all():
                 names = [f"gradient of cost '{term.name}' by {c}" for c in columns]
-                yield Derivative(self.stage, names, columns, gradient, hessian, True)
+                yield Derivative(
+                    self.stage, names, columns, gradient, hessian[np.ix_(own, own)], True
+                )
 
     def hessian(self, at: Point) -> tuple[Array, Array]:
         """The cost's Hessian [ndz, ndz] by finite differences, 2 J'WJ for residuals, and a bound on
@@ -179,17 +204,21 @@ class Terms:
             is_residual = term.weight is not None
             index = 0 if is_residual else 1
 
-            def values(dz: Array, term: CostTerm = term, index: int = index) -> Array:
-                return self._call(term, self.code.moved(at.z, dz), at.p)[index].ravel()
+            own = self._support[term.name]
+            entries = np.ix_(own, own)
 
-            found = differences(values, size)
+            def values(dz: Array, term: CostTerm = term, index: int = index) -> Array:
+                found = self._call(term, self._moved(term, at, dz), at.p)[index].ravel()
+                return found[self._support[term.name]] if index else found
+
+            found = differences(values, len(own))
             if is_residual:
                 weighted = 2 * self._call(term, at.z, at.p)[2] * found.slope
-                total += found.slope.T @ weighted
-                error += 2 * found.uncertainty.T @ np.abs(weighted)
+                total[entries] += found.slope.T @ weighted
+                error[entries] += 2 * found.uncertainty.T @ np.abs(weighted)
             else:
-                total += (found.slope + found.slope.T) / 2
-                error += found.uncertainty + found.uncertainty.T
+                total[entries] += (found.slope + found.slope.T) / 2
+                error[entries] += found.uncertainty + found.uncertainty.T
         return total, error
 
     def negative(self, at: Point) -> list[str]:

@@ -35,30 +35,28 @@ class Differences:
 def differences(function: Callable[[Array], Array], size: int) -> Differences:
     """Of function(d) [m] at d = 0 in R^size."""
     middle = function(np.zeros(size))
-    columns = [_along(function, middle, direction) for direction in np.eye(size)]
-    if not columns:
+    if not size:
         empty = np.zeros((middle.size, 0))
         return Differences(empty, empty, empty.astype(bool))
-    slope, uncertainty, is_broken = (np.array(part).T for part in zip(*columns, strict=True))
-    return Differences(slope, uncertainty, is_broken)
 
-
-def _along(
-    function: Callable[[Array], Array], middle: Array, direction: Array
-) -> tuple[Array, Array, NDArray[np.bool_]]:
     def sides(h: float) -> tuple[Array, Array]:
-        ahead, behind = function(h * direction), function(-h * direction)
-        return (ahead - behind) / (2 * h), np.abs(ahead - 2 * middle + behind) / h
+        """Slopes of chords, and the gap between the one-sided slopes, [m, n]."""
+        pairs = [(function(h * d), function(-h * d)) for d in np.eye(size)]
+        ahead, behind = (np.array(part).T for part in zip(*pairs, strict=True))
+        return (ahead - behind) / (2 * h), np.abs(ahead - 2 * middle[:, None] + behind) / h
 
     with np.errstate(all="ignore"):
         (slope, gap), (coarse, coarse_gap) = sides(STEP), sides(2 * STEP)
-        rounding = 4 * _EPSILON * np.abs(middle) / STEP
+        # What adds up to a value may be larger than the value: as large as its steepest slope times
+        # variables of about this size.
+        typical = 10 * np.where(np.isfinite(slope), np.abs(slope), 0).max(axis=1)
+        rounding = (4 * _EPSILON * np.maximum(np.abs(middle), typical) / STEP)[:, None]
         # The gap between the one-sided slopes is h |f''| of a smooth function: it doubles with h.
         least = 1e-4 * np.maximum(np.abs(slope), 1e-4) + 100 * rounding
         is_broken = (gap > least) & (coarse_gap < 1.5 * gap)
         # An odd jump, such as sign's, has no gap, but a slope that grows as h shrinks.
         is_broken |= np.abs(slope - coarse) > 0.2 * np.abs(slope) + 100 * rounding + 1e-6
-    return slope, np.abs(slope - coarse) + rounding, is_broken
+    return Differences(slope, np.abs(slope - coarse) + rounding, is_broken)
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
 
 Kind = Literal[
     "derivative", "non-finite", "kink", "rank", "indefinite", "scaling", "unused", "undefined"
@@ -78,6 +78,10 @@ class CheckReport:
     def is_ok(self) -> bool:
         """Whether nothing must be mended."""
         return not any(f.is_error for f in self.findings)
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it, as a file holds it."""
+        return {**asdict(self), "is_ok": self.is_ok}
 
     def __str__(self) -> str:
         lines = [f"check of '{self.name}' at {len(self.points)} points: {', '.join(self.points)}"]

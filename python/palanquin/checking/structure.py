@@ -126,7 +126,9 @@ def negative_curvature(
 
 
 def idle_variables(code: CompiledProblem, found: list[StageDerivatives]) -> Iterator[Finding]:
-    """Free variables of running knots that are in no cost, or in nothing at all."""
+    """Free variables of running knots that are in nothing at all, or in the dynamics alone: neither
+    in a cost nor tied by an equality or link row.
+    """
     if not found:
         return
     hard = {name for name, policy in code.lowered.policies.items() if isinstance(policy, Hard)}
@@ -141,9 +143,10 @@ def idle_variables(code: CompiledProblem, found: list[StageDerivatives]) -> Iter
     costs = touches(
         part for f in found for part in (f.hessian, f.gradient, f.inequality[is_penalised])
     )
-    rest = touches(part for f in found for part in (f.dynamics, f.equality, f.inequality, f.link))
+    tied = touches(part for f in found for part in (f.equality, f.link))
+    rest = touches(part for f in found for part in (f.dynamics, f.inequality))
     present = np.any([present_columns(code, f.at) for f in found], axis=0)
-    for i in np.flatnonzero(present & ~code.state_columns & ~costs):
+    for i in np.flatnonzero(present & ~code.state_columns & ~costs & ~tied):
         name = code.columns[i]
         if rest[i]:
             text = "no cost and no penalised row depends on it; only states' costs can settle it"

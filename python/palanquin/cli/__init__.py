@@ -20,6 +20,7 @@ from palanquin.cli import (
     figures,
     scenario,
 )
+from palanquin.cli.check import check
 from palanquin.cli.solve import solve
 from palanquin.cli.teleop import teleop
 from palanquin.versions import versions
@@ -32,6 +33,7 @@ app = typer.Typer(
     pretty_exceptions_show_locals=False,
 )
 app.command()(solve)
+app.command()(check)
 app.command()(teleop)
 app.add_typer(demo.app, name="demo")
 app.add_typer(scenario.app, name="scenario")

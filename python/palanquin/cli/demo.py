@@ -14,7 +14,7 @@ from palanquin.cli.console import NOT_SOLVED, err, out, reported_errors, show_pr
 from palanquin.cli.default_command import DEFAULT, DefaultCommandGroup
 from palanquin.cli.demo_bar import bar
 from palanquin.cli.demo_options import Headless, JsonFile, OutFolder, Rrd, Video
-from palanquin.cli.watching import progress_bars, show
+from palanquin.cli.watching import progress_bars, show, show_failed_plan
 from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -160,6 +160,7 @@ def demo(
             "not completed: " + ("a body fell" if figures["fell"] else "the plan diverged"),
             markup=False,
         )
+        show_failed_plan(planner)
         raise typer.Exit(NOT_SOLVED)
     show(written, headless)
 

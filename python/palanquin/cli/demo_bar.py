@@ -173,6 +173,10 @@ def bar(
         out.print(f"{kind}: {path}", markup=False, highlight=False, soft_wrap=True)
     if result.fall:
         err.print(f"fell after {result.duration:.2f} s: {result.fall}", markup=False)
+        if planning.events:
+            err.print(f"{len(planning.events)} samples had no plan of their own; the last:")
+        for time, reason in planning.events[-3:]:
+            err.print(f"  {time:.3f} s: {reason}", markup=False, highlight=False)
         raise typer.Exit(NOT_SOLVED)
     show(written, headless)
 

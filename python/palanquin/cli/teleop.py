@@ -22,6 +22,7 @@ from palanquin.cli.console import (
     reported_errors,
     show_progress_of_lowering,
 )
+from palanquin.cli.watching import show_failed_plan
 from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
@@ -90,6 +91,7 @@ def teleop(
     out.print(session.summary(), markup=False)
     if not completed:
         err.print("the plan diverged", markup=False)
+        show_failed_plan(planner)
         raise typer.Exit(NOT_SOLVED)
 
 

@@ -1,4 +1,4 @@
-"""Progress bars while a demo runs, and the viewer at its end."""
+"""Progress bars while a demo runs, the viewer at its end, or what went wrong."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from palanquin.cli.console import err, has_display
+
+if TYPE_CHECKING:  # imported late, so that --help is quick
+    from palanquin.problems.clm.planner import Planner
 
 Bars = Callable[[str, float], Callable[[float], None]]
 """Makes a progress bar from what is done and its total; the result takes how much is done."""
@@ -31,6 +35,13 @@ def progress_bars() -> Iterator[Bars]:
             return advance
 
         yield bar
+
+
+def show_failed_plan(planner: Planner) -> None:
+    """Explains the plan with which a run's last trouble began, if there was any."""
+    if planner.failed_plan is not None:
+        text = f"where planning failed last: {planner.failed_plan.explain()}"
+        err.print(text, markup=False, highlight=False)
 
 
 def show(written: dict[str, Path], headless: bool | None) -> None:

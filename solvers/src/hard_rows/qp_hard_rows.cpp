@@ -63,11 +63,12 @@ class HardRowsQpSolver final : public QpSolver {
   Eigen::MatrixXd feedback_gain() const override {
     return (has_hard_rows_ ? recursion_ : solver_).feedback_gain();
   }
+  bool fell_back() const override { return fell_back_; }
   int recursions() const override { return settings_.max_iterations - left_; }
 
  private:
   QpStatus timed(QpStatus status) {
-    is_infeasible_ = has_hard_rows_ = false;
+    is_infeasible_ = has_hard_rows_ = fell_back_ = false;
     left_ = settings_.max_iterations - 1;
     update_ms_ = solver_.update_ms();
     solve_ms_ = solver_.solve_ms();
@@ -91,7 +92,8 @@ class HardRowsQpSolver final : public QpSolver {
     left_ = settings_.max_iterations;
     point_ = warm;
     QpStatus status = run_multipliers(settings_.fast_iterations);
-    if (is_usable(status) || status == QpStatus::PrimalInfeasible) return status;
+    fell_back_ = !is_usable(status) && status != QpStatus::PrimalInfeasible;
+    if (!fell_back_) return status;
 
     make_cold(warm);
     interior_.start(point_);
@@ -138,7 +140,7 @@ class HardRowsQpSolver final : public QpSolver {
   InteriorPoint interior_{settings_, recursion_, rows_};
   StageQpSolution point_;
   int left_ = 0;  ///< recursions
-  bool is_infeasible_ = false, has_hard_rows_ = false;
+  bool is_infeasible_ = false, has_hard_rows_ = false, fell_back_ = false;
 };
 
 }  // namespace

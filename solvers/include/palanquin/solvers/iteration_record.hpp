@@ -41,6 +41,7 @@ struct IterationRecord {
   bool convexified = false;    ///< the exact Hessians had the wrong curvature and were mirrored
   bool refused_cycle = false;  ///< the full step led back to where the iteration was before
   int inner_iterations = 0;    ///< QP solves of the penalty subproblem
+  bool fell_back = false;      ///< the QP back end's fast method failed, another one answered
   /// Of the Lagrangian's gradient before the step, relative; NaN where it was not looked at.
   double stationarity = Evaluation::kNaN;
   QpStatus qp_status = QpStatus::NotSolved;

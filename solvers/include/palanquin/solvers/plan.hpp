@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "palanquin/core/diagnosis/snapshot.hpp"
+#include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/iteration_record.hpp"
 #include "palanquin/solvers/status.hpp"
 
@@ -16,9 +17,13 @@ struct Plan : Snapshot {
   using Snapshot::Snapshot;
 
   Status status = Status::NotSolved;
-  std::string message;                   ///< which test stopped the solve, in words
-  Evaluation evaluation;                 ///< of the trajectory; NaN where the status is NonFinite
-  double usable_violation = 0.0;         ///< the solver's setting
+  std::string message;            ///< which test stopped the solve, in words
+  Evaluation evaluation;          ///< of the trajectory; NaN where the status is NonFinite
+  double usable_violation = 0.0;  ///< the solver's setting
+  /// Where the status is Infeasible, what proves it: weights y of the rows, of norm 1, with which
+  /// the rows' derivatives cancel each other along the dynamics while y'(rows) > 0.
+  RowMultipliers certificate;
+  NonFinite non_finite;                  ///< where the status is NonFinite: what was not
   std::vector<IterationRecord> history;  ///< of an SQP solve
   int iterations = 0;
   PhaseTimes times;
@@ -29,6 +34,8 @@ struct Plan : Snapshot {
   bool is_usable() const { return palanquin::is_usable(status, evaluation, usable_violation); }
   /// As Snapshot's; all NaN where the status is NonFinite.
   std::map<std::string, double> violations() const;
+  /// The rows with their weights in `certificate` for multipliers; empty without one.
+  std::vector<RowState> certificate_rows() const;
 };
 
 }  // namespace palanquin

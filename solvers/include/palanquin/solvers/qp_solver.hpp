@@ -81,6 +81,9 @@ class QpSolver {
   /// has one; null otherwise. Valid until the next solve.
   virtual const StageQpSolution* least_violation() const { return nullptr; }
 
+  /// Whether the last solve had to leave the back end's fast method for a slower, surer one.
+  virtual bool fell_back() const { return false; }
+
   /// Factorisations of the last solve, where the back end counts them; 0 otherwise.
   virtual int recursions() const { return 0; }
 

@@ -58,6 +58,9 @@ class Restoration {
   /// The same of a step that weighs the rows like the proximal term: near a point where the rows'
   /// derivatives vanish, longer steps promise what they do not hold.
   bool is_stationary_when_balanced(const StageQp& qp, const std::vector<Eigen::VectorXd>& scale);
+  /// After the last `solve` for `qp`, where is_stationary(): multipliers of its rows that are the
+  /// violations left, those of the dynamics that go with them, all divided by the violations' norm.
+  StageQpSolution certificate(const StageQp& qp);
   /// Whether a violation that falls from `before` to `after` hardly does.
   bool is_negligible(double before, double after) const;
 
@@ -76,6 +79,7 @@ class Restoration {
   StageQpSolution point_;
   double row_norm_ = 0.0;  ///< squared, of the longest row since `reset`
   double proximal_ = 0.0;
+  double stiffness_ = 1.0;  ///< of the rows in `relaxed_`
   double violation_ = 0.0, predicted_ = 0.0;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <vector>
@@ -116,6 +117,7 @@ class Sqp {
   Status run(MatrixView parameters, VectorView measured, MatrixView guess);
   Status finish_feedback(VectorView measured);
   Plan make_plan() const;
+  RowMultipliers row_multipliers() const;
   bool start(MatrixView parameters, VectorView measured, MatrixView guess);
   bool linearize(IterationRecord& record);
   void use_exact_hessians(IterationRecord& record, bool convexify);
@@ -142,8 +144,15 @@ class Sqp {
   bool is_feasible(const Evaluation& evaluation) const;
   void finish_converged(const IterationRecord& record);
   void finish_at_limit();
+  void set_deadline();
+  bool has_deadline() const;
+  bool is_late();
+  bool goes_on(bool is_first_try);
+  void keep_best();
+  void finish_late();
   std::string describe_worst_rows(const RowMatrix& trajectory) const;
   std::string describe_contradiction();
+  void finish_non_finite(NonFinite found);
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
@@ -158,6 +167,9 @@ class Sqp {
   UnboundednessTest unboundedness_;
   KktErrorEvaluator kkt_;
   StageQpSolution solution_;
+  bool has_multipliers_ = false;  ///< of this solve, in solution_
+  StageQpSolution certificate_;   ///< of infeasibility, empty otherwise
+  NonFinite non_finite_;
   RowMatrix iterate_, trial_;
   Evaluation evaluation_, trial_evaluation_;
   Evaluation before_;  ///< of the iterate before the last accepted step
@@ -172,6 +184,10 @@ class Sqp {
   IterationRecord prepared_;
   bool is_prepared_ = false;
   bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's
+  std::chrono::steady_clock::time_point deadline_;
+  bool is_late_ = false;  ///< it has passed, and was noticed
+  RowMatrix best_;        ///< the best iterate so far of a solve that has a deadline
+  Evaluation best_evaluation_;
   double transcribe_ms_ = 0.0;
   double feedback_ms_ = Evaluation::kNaN;
 };

@@ -22,8 +22,12 @@ struct SqpSettings {
   std::string qp = "structured";  ///< QP back end, one of qp_solver_names()
   Form form = Form::Reduced;
   HessianKind hessian = HessianKind::GaussNewton;
-  int threads = 1;                   ///< for evaluating and linearising knots
-  int max_iterations = 50;           ///< 1: real-time iteration
+  int threads = 1;          ///< for evaluating and linearising knots
+  int max_iterations = 50;  ///< 1: real-time iteration
+  /// Wall time of a solve. It is looked at between iterations, attempts at a step and step lengths,
+  /// not within one linearisation or QP; the first QP and its full step are always tried. A
+  /// feedback phase has no limit.
+  double max_seconds = 1e9;
   double cost_tolerance = 1e-9;      ///< predicted decrease relative to the cost (or to 1)
   double equality_tolerance = 1e-8;  ///< largest residual of a converged point, hard rows too
   /// Of a converged point: largest entry of the Lagrangian's gradient and |nu h| of hard rows,

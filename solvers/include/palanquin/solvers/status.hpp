@@ -12,6 +12,7 @@ enum class Status {
   Converged,       ///< a point that satisfies the conditions of a minimum within the tolerances
   IterationLimit,  ///< as many iterations as asked for, all of them fine: the normal end of a
                    ///< real-time iteration
+  TimeLimit,       ///< `max_seconds` have passed: the best iterate so far
   Stalled,         ///< no acceptable step from a feasible point
   Saddle,          ///< stationary and feasible, but no minimum: the curvature is negative
   Unfinished,      ///< residuals are too large to execute, without proof that they must be
@@ -27,8 +28,8 @@ std::string_view to_string(Status status);
 /// Whether the solve ended in a way that may leave a plan to execute; whether it did, its residuals
 /// say.
 inline bool is_usable(Status s) {
-  return s == Status::Converged || s == Status::IterationLimit || s == Status::Stalled ||
-         s == Status::Saddle;
+  return s == Status::Converged || s == Status::IterationLimit || s == Status::TimeLimit ||
+         s == Status::Stalled || s == Status::Saddle;
 }
 
 /// Whether the iterate may be executed as a plan: the solve ended well, everything is finite, and

@@ -17,7 +17,8 @@ struct Snapshot {
 
   std::shared_ptr<const TranscriptionModel> model;
   TranscriptionInputs inputs;
-  RowMatrix trajectory;  ///< [N + 1, nz]
+  RowMatrix trajectory;        ///< [N + 1, nz]
+  RowMultipliers multipliers;  ///< of the solver that found it, if one did
 
   Evaluation evaluate() const { return palanquin::evaluate(*model, inputs, trajectory); }
   /// See palanquin::violations.
@@ -25,8 +26,12 @@ struct Snapshot {
     return palanquin::violations(*model, inputs, trajectory);
   }
   /// See palanquin::worst_rows.
-  std::vector<RowViolation> worst_rows(int count = 5) const {
-    return palanquin::worst_rows(*model, inputs, trajectory, count);
+  std::vector<RowState> worst_rows(int count = 5) const {
+    return palanquin::worst_rows(*model, inputs, trajectory, count, multipliers);
+  }
+  /// See palanquin::row_states.
+  std::vector<RowState> rows() const {
+    return palanquin::row_states(*model, inputs, trajectory, multipliers);
   }
 };
 

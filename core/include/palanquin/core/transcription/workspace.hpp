@@ -15,7 +15,10 @@ namespace palanquin {
 /// Where a lowered function first gave a value that is not finite.
 struct NonFinite {
   bool found = false;
-  std::string message;  ///< names function, row and knot
+  std::string message;   ///< names function, row and knot
+  std::string function;  ///< "running", "terminal_linear", ...; "guess" for a guess
+  std::string what;      ///< row, block, "the cost", or the derivative of one of them
+  int knot = -1;
 };
 
 /// What a solver lends to a TranscriptionModel while it solves: for given inputs it linearises a
