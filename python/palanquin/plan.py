@@ -8,7 +8,7 @@ import logging
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,9 @@ from palanquin.plan_report import (
 from palanquin.policies import Policy
 from palanquin.problem import checked_horizon
 from palanquin.settings import configure
+
+if TYPE_CHECKING:
+    from palanquin.sensitivity import Sensitivities
 
 Status = _core.Status
 logger = logging.getLogger("palanquin.dump")
@@ -91,6 +94,16 @@ class Plan:
         knot does not have the row, or the solver no multiplier for it; signs as in `rows`.
         """
         return by_constraint(self.rows(), len(self.trajectory.values) - 1)
+
+    def sensitivities(self) -> Sensitivities:
+        """How the plan changes with the measured state and the parameters, to first order.
+
+        Raises:
+            ProblemError: the plan has not converged, is a pickled copy, or has no derivatives.
+        """
+        from palanquin.sensitivity import Sensitivities
+
+        return Sensitivities(self)
 
     def dump(self, path: str | os.PathLike[str]) -> Path:
         """Writes the solve as one file, which `palanquin solve FILE` and `palanquin.read_dump`
