@@ -18,7 +18,7 @@ from palanquin.evaluation import Evaluation
 from palanquin.lowered import Lowered, LoweringReport, load, lower
 from palanquin.named_array import NamedArray
 from palanquin.plan import Ipopt, Plan, Sqp, Status
-from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, SquaredHinge
+from palanquin.policies import Hard, Penalty, Policy, RelaxedBarrier, Slack, SquaredHinge
 from palanquin.problem import Chart, Problem, Role
 from palanquin.settings import configure
 
@@ -42,6 +42,7 @@ __all__ = [
     "ProblemError",
     "RelaxedBarrier",
     "Role",
+    "Slack",
     "Sqp",
     "SquaredHinge",
     "Status",

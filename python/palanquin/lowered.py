@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core, compilation
+from palanquin.basic_problem import FIRST_KNOT, LAST_KNOT
 from palanquin.code import KINDS, Code, Kind, SavedCode, StatedCode
 from palanquin.errors import LoweringError
 from palanquin.evaluation import Evaluation, snapshot
@@ -88,10 +89,14 @@ class Lowered:
     def parameters(self, horizon: int | None = None) -> NamedArray:
         """Parameters at their defaults: p["name"] is a view [N + 1, *shape], settable by broadcast.
 
-        A scalar parameter's view is [N + 1].
+        A scalar parameter's view is [N + 1]. Those that mark knots (`Problem.first_knot`) are set.
         """
         values = np.tile(self._defaults, (self._knots(horizon), 1))
-        return NamedArray("parameter", values, self._parameter_columns)
+        parameters = NamedArray("parameter", values, self._parameter_columns)
+        for marker, knot in ((FIRST_KNOT, 0), (LAST_KNOT, -2)):
+            if marker in parameters:
+                parameters[marker][knot] = 1.0
+        return parameters
 
     def trajectory(self, horizon: int | None = None) -> NamedArray:
         """A neutral trajectory: z["block"] is a view [N + 1, size]; identity quaternions, zeros."""

@@ -102,6 +102,35 @@ class Hard(Policy):
         return 0.0, 0.0
 
 
+@dataclass(frozen=True)
+class Slack(Policy):
+    """A hard row h <= s over a slack s >= 0 of its own, at the price l1 s + l2 s^2.
+
+    With l1 above the row's multiplier the row holds exactly where it can; without l1 it is the
+    same as `SquaredHinge(l2)`, and lowered as such. With l1 the engine knows hard rows over a block
+    NAME.slack, so that `set_policy` cannot change the prices.
+
+    Attributes:
+        l1: price per unit of the row, not negative.
+        l2: price per squared unit, not negative; one of both is positive.
+    """
+
+    kind: ClassVar[int] = -1
+    word: ClassVar[str] = "slack"
+    l1: float = 0.0
+    l2: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field, value in (("l1", self.l1), ("l2", self.l2)):
+            if not 0.0 <= value < float("inf"):
+                raise ProblemError(f"Slack.{field} is {value}; it must be finite and not negative")
+        if self.l1 == self.l2 == 0.0:
+            raise ProblemError("Slack: l1 or l2 must be positive")
+
+    def coefficients(self) -> tuple[float, float]:  # noqa: D102
+        raise ProblemError("a slack is stated with its rows; set_policy cannot make one")
+
+
 def policy_of(kind: int, stiffness: float, smoothing: float) -> Policy:
     """The policy that the engine knows by these numbers: the inverse of `coefficients`."""
     if kind == Penalty.kind:

@@ -10,7 +10,13 @@ import numpy as np
 
 from palanquin import policies
 from palanquin.errors import ProblemError
-from palanquin.statements import checked_at, checked_column, checked_name, checked_options
+from palanquin.statements import (
+    checked_at,
+    checked_column,
+    checked_name,
+    checked_options,
+    checked_value,
+)
 from palanquin.terms import Expression, RowGroup
 
 RowKind = Literal["equality", "inequality", "link"]
@@ -63,6 +69,42 @@ def checked_policy(name: str, policy: Any) -> policies.Policy:
         known = ", ".join(kind.__name__ for kind in policies.Policy.__subclasses__())
         raise ProblemError(f"inequality '{name}': policy is {policy!r}; it must be one of {known}")
     return policy
+
+
+def two_sided(name: str, expression: Expression, lower: Any, upper: Any) -> Expression:
+    """Rows h <= 0 that say lower <= expression <= upper; infinite entries say nothing."""
+    what = f"bound '{name}'"
+    value = checked_value(what, expression)
+    low, high = (
+        _side(f"{what} {side}", given, value.numel(), empty)
+        for side, given, empty in (("lower", lower, -np.inf), ("upper", upper, np.inf))
+    )
+    rows = []
+    for i in range(value.numel()):
+        ends = [end[i] for end in (low, high)]
+        if all(end.is_constant() for end in ends) and float(ends[0]) > float(ends[1]):
+            raise ProblemError(f"{what}: entry {i} has lower {ends[0]} above upper {ends[1]}")
+        rows += [value[i] - ends[1]] if _bounds(ends[1]) else []
+        rows += [ends[0] - value[i]] if _bounds(ends[0]) else []
+    if not rows:
+        raise ProblemError(f"{what}: neither lower nor upper bounds anything")
+    return ca.vertcat(*rows)
+
+
+def _side(what: str, given: Any, size: int, empty: float) -> Expression:
+    """One side as a column [size]."""
+    side = checked_column(what, ca.SX(empty if given is None else given))
+    if side.numel() == 1:
+        side = ca.repmat(side, size, 1)
+    if side.numel() != size:
+        raise ProblemError(f"{what} has {side.numel()} entries; 1 or {size} are needed")
+    if any(end.is_constant() and np.isnan(float(end)) for end in ca.vertsplit(side)):
+        raise ProblemError(f"{what} is not a number")
+    return side
+
+
+def _bounds(end: Expression) -> bool:
+    return not (end.is_constant() and np.isinf(float(end)))
 
 
 _RELATIONS = {

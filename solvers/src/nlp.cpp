@@ -50,7 +50,8 @@ void Nlp::lay_out(const TranscriptionWorkspace& rows, bool penalize) {
     const std::vector<Role>& role = rows.shape(k).signature.role;
     for (std::size_t b = 0; b < role.size(); ++b) {
       const BlockInfo& block = problem_.blocks()[b];
-      const bool exists = block.is_state ? k > 0 : role[b] != Role::Absent;
+      const bool exists =
+          block.is_state ? k > 0 || role[b] == Role::Input : role[b] != Role::Absent;
       for (int i = 0; exists && i < block.size; ++i)
         knot.variable[static_cast<std::size_t>(block.offset + i)] = variables_++;
     }

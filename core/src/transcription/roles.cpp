@@ -64,11 +64,14 @@ void KnotRoles::clear() {
 
 // ---- roles ------------------------------------------------------------------------------------
 
-/// The role that a problem's expressions ask for.
+/// The role that a problem's expressions ask for. A block with dynamics is a State at every knot,
+/// or an Input at the first where its expression says so: then its value there is decided with the
+/// trajectory, not measured.
 Role KnotRoles::stated_role(int knot, std::size_t b) const {
-  if (model_.problem().blocks()[b].is_state) return Role::State;
-  if (knot == model_.horizon()) return Role::Absent;
-  return static_cast<Role>(static_cast<int>(table_.roles(*flags_[size_of(knot)])[b]));
+  const auto stated = static_cast<Role>(static_cast<int>(table_.roles(*flags_[size_of(knot)])[b]));
+  if (model_.problem().blocks()[b].is_state)
+    return knot == 0 && stated == Role::Input ? Role::Input : Role::State;
+  return knot == model_.horizon() ? Role::Absent : stated;
 }
 
 /// The role of a block at a knot, those of the knot before being resolved.

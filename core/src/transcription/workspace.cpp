@@ -19,13 +19,15 @@ struct TranscriptionWorkspace::Parts {
         roles(model),
         stages(model),
         linearization(model, threads),
-        step(size_of(model.problem().ndz())) {}
+        step(size_of(model.problem().ndz())),
+        initial_step(model.problem().ndx()) {}
 
   KnotFunctions functions;
   KnotRoles roles;
   StageStore stages;
   Linearization linearization;
-  std::vector<double> step;  // of one knot
+  std::vector<double> step;      // of one knot
+  Eigen::VectorXd initial_step;  // of all states from x_0 to the measured ones
 };
 
 TranscriptionWorkspace::TranscriptionWorkspace(std::shared_ptr<const TranscriptionModel> model,
@@ -110,7 +112,10 @@ void TranscriptionWorkspace::project(RowMatrix& trajectory) {
 }
 
 void TranscriptionWorkspace::place_initial_state(RowMatrix& trajectory) const {
-  for (const BlockInfo& b : problem().states()) {
+  const std::vector<Role>& role = shape(0).signature.role;
+  for (std::size_t i = 0; i < role.size(); ++i) {
+    if (role[i] != Role::State) continue;
+    const BlockInfo& b = problem().blocks()[i];
     auto value = trajectory.row(0).segment(b.offset, b.size);
     const auto measured = inputs_.measured().segment(b.offset, b.size).transpose();
     // The sign rule of De Vincenti and Coros, section IV-A: stay on the warm start's side.
@@ -142,8 +147,16 @@ NonFinite TranscriptionWorkspace::linearize(const RowMatrix& trajectory) {
 }
 
 void TranscriptionWorkspace::update_initial_state(const RowMatrix& trajectory) {
-  state_difference(problem(), inputs_.measured().data(), trajectory.row(0).data(),
-                   parts_->stages.qp().initial_state.data());
+  Eigen::VectorXd& all = parts_->initial_step;
+  state_difference(problem(), inputs_.measured().data(), trajectory.row(0).data(), all.data());
+  const std::vector<Role>& role = shape(0).signature.role;
+  double* known = parts_->stages.qp().initial_state.data();
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < role.size(); ++i) {
+    const BlockInfo& b = problem().blocks()[i];
+    if (role[i] == Role::State) known = std::copy_n(all.data() + row, b.tangent_size, known);
+    if (b.is_state) row += b.tangent_size;
+  }
 }
 
 void TranscriptionWorkspace::use_exact_hessians(const RowMatrix& trajectory,
