@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _core
-from palanquin.events import plan_events
+from palanquin.events import Event, plan_events
 
 if TYPE_CHECKING:
     from palanquin.plan import Plan
@@ -94,7 +94,7 @@ class PlanReport:
         status: why the solver stopped, and `message` the same in words.
         is_usable: whether the plan may be executed; `reason` says why or why not.
         rows: the worst rows, worst first.
-        certificate: of INFEASIBLE, its heaviest rows; see `Plan.certificate`.
+        certificate: of INFEASIBLE, its heaviest rows but the dynamics; see `Plan.certificate`.
         non_finite: of NON_FINITE, the first value that was not.
         steps: how many iterations took which kind of step, in order of first use.
         ladder: what the solver did beside full steps, in order: shorter ones, damping, steps
@@ -146,7 +146,8 @@ class PlanReport:
 def plan_report(plan: Plan, count: int) -> PlanReport:
     """The report of a plan with its `count` worst rows."""
     assert plan.instance is not None
-    weights = sorted(plan.certificate, key=lambda row: -abs(row.multiplier))
+    stated = [row for row in plan.certificate if row.kind != "dynamics"]
+    weights = sorted(stated, key=lambda row: -abs(row.multiplier))
     return PlanReport(
         name=plan.instance.lowered.name,
         status=plan.status,
@@ -157,9 +158,15 @@ def plan_report(plan: Plan, count: int) -> PlanReport:
         certificate=weights[:count],
         non_finite=plan.non_finite,
         steps=dict(Counter(record.step for record in plan.iterations)),
-        ladder=[f"{event.kind.value}, {event.reason}" for event in plan_events(plan, 0.0)],
+        ladder=[_told(event, plan.message) for event in plan_events(plan, 0.0)],
         timings_ms=dict(plan.timings_ms),
     )
+
+
+def _told(event: Event, message: str) -> str:
+    """An event in words, without what the status says already."""
+    kind = event.kind.value.replace("_", " ")
+    return kind if event.reason == message else f"{kind}, {event.reason}"
 
 
 def _reason(plan: Plan) -> str:

@@ -1,10 +1,14 @@
-"""Scenario files that the documentation shows are scenarios that can be."""
+"""What the documentation shows is so: scenario files can be, outputs come from their programs."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from palanquin.cli import app
 from palanquin.sim.feasibility import findings
 from palanquin.sim.scenarios import load_scenario
 
@@ -25,3 +29,34 @@ def test_a_shown_scenario_is_possible(document, text, tmp_path):
     path = tmp_path / "shown.yaml"
     path.write_text(text)
     assert findings(load_scenario(path)) == []
+
+
+PROGRAMS = re.findall(
+    r"```python\n# (\S+\.py)\n(.*?)```(?=\n).*?\n\n```\n(.*?)```",
+    (ROOT / "docs" / "explained.md").read_text(),
+    re.DOTALL,
+)
+
+
+@pytest.mark.parametrize(("name", "text", "shown"), PROGRAMS, ids=[p[0] for p in PROGRAMS])
+def test_shown_outputs_are_real(name, text, shown, tmp_path, session_cache, monkeypatch):
+    """But for times, which no two runs share."""
+    monkeypatch.setenv("PALANQUIN_CACHE", str(session_cache))
+    file = tmp_path / name
+    file.write_text(text)
+    if name == "car.py":
+        output = CliRunner().invoke(app, ["check", f"{file}:car"]).stdout
+    else:
+        output = subprocess.run(
+            [sys.executable, file], capture_output=True, text=True, check=True
+        ).stdout
+
+    def told(text):
+        lines = text.strip().splitlines()
+        return [line for line in lines if not line.startswith(("time: ", "lowering "))]
+
+    assert told(output) == told(shown)
+
+
+def test_there_are_programs():
+    assert [name for name, *_ in PROGRAMS] == ["car.py", "cart.py"]

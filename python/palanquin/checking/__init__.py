@@ -114,6 +114,7 @@ def _without_totals(findings: list[Finding]) -> list[Finding]:
         if f.row.startswith(("residual '", "cost '"))
     }
     first = {(f.kind, f.where) for f in findings if "gradient" not in f.row}
+    first |= {("undefined", where) for kind, where in first if kind == "non-finite"}
     return [
         f
         for f in findings
