@@ -1,78 +1,19 @@
 #include "palanquin/core/manifest.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <stdexcept>
 #include <string_view>
+
+#include "palanquin/core/text_lines.hpp"
 
 namespace palanquin {
 
 namespace {
 
 constexpr int kManifestVersion = 2;
-constexpr int kLargestSize = 1 << 24;  // sums of two stay within an int
+constexpr int kLargestSize = TextLine::kLargestInteger;
 
-using Words = std::vector<std::string_view>;
-
-/// Pieces of `text` between separators, empty ones left out.
-Words split(std::string_view text, char separator) {
-  Words pieces;
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find(separator), text.size());
-    if (end > 0) pieces.push_back(text.substr(0, end));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return pieces;
-}
-
-/// The words of a line, taken one after the other. Numbers are read by from_chars, which knows no
-/// locale.
-class Line {
- public:
-  explicit Line(std::string_view text) : words_(split(text, ' ')) {}
-
-  bool is_at_end() const { return next_ == words_.size(); }
-
-  std::string word() {
-    if (is_at_end()) throw std::runtime_error("it ends too early");
-    return std::string(words_[next_++]);
-  }
-
-  int integer(int lowest) {
-    const std::string text = word();
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || value < lowest ||
-        value > kLargestSize)
-      throw std::runtime_error("'" + text + "' must be an integer of at least " +
-                               std::to_string(lowest));
-    return value;
-  }
-
-  double number() {
-    const std::string text = word();
-    double value = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-      throw std::runtime_error("'" + text + "' must be a finite number");
-    return value;
-  }
-
-  /// Position of the next word among `choices`.
-  int choice(const std::vector<std::string_view>& choices) {
-    const std::string text = word();
-    const auto found = std::find(choices.begin(), choices.end(), text);
-    if (found != choices.end()) return static_cast<int>(found - choices.begin());
-    std::string known;
-    for (const std::string_view c : choices) known += (known.empty() ? "" : ", ") + std::string(c);
-    throw std::runtime_error("'" + text + "' must be one of " + known);
-  }
-
- private:
-  Words words_;
-  std::size_t next_ = 0;
-};
+using Line = TextLine;
 
 template <typename Named>
 bool has_name(const std::vector<Named>& list, const std::string& name) {
@@ -247,7 +188,7 @@ Manifest parse_manifest(const std::string& text, const std::string& source) {
     Line line(content);
     try {
       read_line(line, manifest);
-      if (!line.is_at_end()) throw std::runtime_error("it has more words than it should");
+      line.finish();
       if (entries(manifest) > kLargestSize) throw std::runtime_error("the problem is too large");
     } catch (const std::runtime_error& error) {
       throw std::runtime_error("'" + source + "': manifest line '" +
