@@ -316,7 +316,7 @@ void bind_solvers(nb::module_& m) {
            nb::call_guard<nb::gil_scoped_release>())
       .def("feedback_plan", &Sqp::feedback_plan, "measured"_a,
            nb::call_guard<nb::gil_scoped_release>())
-      .def("feedback_gain", &Sqp::feedback_gain)
+      .def("feedback_gain", [](const Sqp& sqp) { return sqp.feedback_gain(); })
       .def("plan", &Sqp::plan)
       .def_prop_ro("is_usable", &Sqp::has_usable_plan)
       .def_prop_ro("model_cost", &Sqp::model_cost)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include "kernels/dispatch.hpp"
@@ -227,18 +228,30 @@ QpStatus StructuredQpSolver::resolve(const StageQp& qp, const PenaltyModel& mode
 }
 
 Eigen::MatrixXd StructuredQpSolver::input_gain(int k) const {
+  const structured::KnotPlan& plan = *factorized_knot(*workspace_, k).plan;
+  Eigen::MatrixXd gain(plan.nu, plan.nx);
+  std::vector<double> work;
+  write_input_gain(k, gain, work);
+  return gain;
+}
+
+void StructuredQpSolver::write_input_gain(int k, Eigen::Ref<Eigen::MatrixXd> gain,
+                                          std::vector<double>& work) const {
   const Knot& knot = factorized_knot(*workspace_, k);
   const structured::KnotPlan& plan = *knot.plan;
-  Eigen::MatrixXd gain(plan.nu, plan.nx);
-  structured::AlignedBuffer z;
-  z.reserve(plan.slots());
+  if (gain.rows() != plan.nu || gain.cols() != plan.nx)
+    throw std::invalid_argument("input_gain: the gain of knot " + std::to_string(k) + " is [" +
+                                std::to_string(plan.nu) + ", " + std::to_string(plan.nx) + "]");
+  constexpr std::size_t kAligned = 8;  // doubles
+  work.resize(std::max(work.size(), plan.slots() + kAligned));
+  const auto misfit = reinterpret_cast<std::uintptr_t>(work.data()) / sizeof(double) % kAligned;
+  double* z = work.data() + (kAligned - misfit) % kAligned;
   for (int j = 0; j < plan.nx; ++j) {
-    std::fill_n(z.data(), plan.slots(), 0.0);
-    z.data()[plan.state_slot + j] = 1.0;
-    structured::solve_inputs(*workspace_, knot, z.data());
-    for (int i = 0; i < plan.nu; ++i) gain(i, j) = z.data()[plan.input_slot + i];
+    std::fill_n(z, plan.slots(), 0.0);
+    z[plan.state_slot + j] = 1.0;
+    structured::solve_inputs(*workspace_, knot, z);
+    for (int i = 0; i < plan.nu; ++i) gain(i, j) = z[plan.input_slot + i];
   }
-  return gain;
 }
 
 Eigen::MatrixXd StructuredQpSolver::value_hessian(int k) const {

@@ -1,5 +1,6 @@
 // What an Sqp tells of its last solve beside the plan.
 
+#include <algorithm>
 #include <limits>
 #include <stdexcept>
 
@@ -9,18 +10,37 @@
 namespace palanquin {
 
 Eigen::MatrixXd Sqp::feedback_gain() const {
+  Eigen::MatrixXd gain;
+  GainWork work;
+  feedback_gain(gain, work);
+  return gain;
+}
+
+void Sqp::feedback_gain(Eigen::MatrixXd& gain, GainWork& work) const {
   const auto use = user_.read("feedback_gain");
   if (is_prepared_) throw std::logic_error("feedback_gain: the prepared QP waits for its feedback");
-  const Eigen::MatrixXd gain = qp_solver_->feedback_gain();
-  if (gain.size() == 0) return {};
-  const ColumnMap& columns = transcription_.shape(0).columns;
-  Eigen::MatrixXd expanded(transcription_.problem().ndz(), gain.cols());
-  Eigen::VectorXd w = Eigen::VectorXd::Zero(columns.nw());
-  for (Eigen::Index j = 0; j < gain.cols(); ++j) {
-    w.segment(columns.nx, columns.nu) = gain.col(j);
-    columns.expand(w.data(), transcription_.slopes(0), expanded.col(j).data());
+  if (history_.empty()) {
+    gain.resize(0, 0);
+    return;
   }
-  return expanded;
+  const ColumnMap& columns = transcription_.shape(0).columns;
+  const auto grown = [](std::vector<double>& memory, int size) {
+    memory.resize(std::max(memory.size(), static_cast<std::size_t>(size)));
+    return memory.data();
+  };
+  Eigen::Map<Eigen::MatrixXd> own(grown(work.gain, columns.nu * columns.nx), columns.nu,
+                                  columns.nx);
+  if (!qp_solver_->feedback_gain(own, work.solver)) {
+    gain.resize(0, 0);
+    return;
+  }
+  gain.resize(transcription_.problem().ndz(), columns.nx);
+  Eigen::Map<Eigen::VectorXd> w(grown(work.step, columns.nw()), columns.nw());
+  w.setZero();
+  for (int j = 0; j < columns.nx; ++j) {
+    w.segment(columns.nx, columns.nu) = own.col(j);
+    columns.expand(w.data(), transcription_.slopes(0), gain.col(j).data());
+  }
 }
 
 RowMatrix Sqp::dynamics_multipliers() const {

@@ -60,8 +60,8 @@ class HardRowsQpSolver final : public QpSolver {
   void find_dynamics_multipliers(StageQpSolution& solution) override {
     (has_hard_rows_ ? recursion_ : solver_).find_dynamics_multipliers(solution);
   }
-  Eigen::MatrixXd feedback_gain() const override {
-    return (has_hard_rows_ ? recursion_ : solver_).feedback_gain();
+  bool feedback_gain(Eigen::Ref<Eigen::MatrixXd> gain, std::vector<double>& work) const override {
+    return (has_hard_rows_ ? recursion_ : solver_).feedback_gain(gain, work);
   }
   bool fell_back() const override { return fell_back_; }
   int recursions() const override { return settings_.max_iterations - left_; }

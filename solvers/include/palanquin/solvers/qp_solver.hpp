@@ -73,9 +73,13 @@ class QpSolver {
   /// without finds them when asked. `solution` stays as it is when there was no usable solution.
   virtual void find_dynamics_multipliers(StageQpSolution& solution) { static_cast<void>(solution); }
 
-  /// du_0/dx_0 of the last solution [nu_0 x nx_0], penalties as in the last model; empty where the
-  /// back end does not know it.
-  virtual Eigen::MatrixXd feedback_gain() const { return {}; }
+  /// Writes du_0/dx_0 of the last solution [nu_0 x nx_0], penalties as in the last model; false
+  /// where the back end does not know it. `work` grows to what it needs.
+  virtual bool feedback_gain(Eigen::Ref<Eigen::MatrixXd> gain, std::vector<double>& work) const {
+    static_cast<void>(gain);
+    static_cast<void>(work);
+    return false;
+  }
 
   /// After PrimalInfeasible, a point that violates the contradicting rows least, if the back end
   /// has one; null otherwise. Valid until the next solve.

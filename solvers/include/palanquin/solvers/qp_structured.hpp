@@ -67,7 +67,10 @@ class StructuredQpSolver final : public QpSolver {
     const QpStatus status = feedback(qp.initial_state, solution);
     return status == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : status;
   }
-  Eigen::MatrixXd feedback_gain() const override { return input_gain(0); }
+  bool feedback_gain(Eigen::Ref<Eigen::MatrixXd> gain, std::vector<double>& work) const override {
+    write_input_gain(0, gain, work);
+    return true;
+  }
 
   /// Steps (1) to (5). `qp` must live, unchanged, until the last feedback. Throws
   /// std::invalid_argument if a block's dimensions contradict its knot's.
@@ -80,6 +83,9 @@ class StructuredQpSolver final : public QpSolver {
   /// du_k/dx_k of the last factors [nu_k x nx_k]: the first-order feedback gain, penalties at the
   /// model's curvature. With equality rows up to a relative 1 / equality_weight.
   Eigen::MatrixXd input_gain(int knot) const;
+  /// The same into `gain` of that size.
+  void write_input_gain(int knot, Eigen::Ref<Eigen::MatrixXd> gain,
+                        std::vector<double>& work) const;
   /// The value function's Hessian [nx_k x nx_k] and gradient [nx_k] at `knot`.
   Eigen::MatrixXd value_hessian(int knot) const;
   Eigen::VectorXd value_gradient(int knot) const;

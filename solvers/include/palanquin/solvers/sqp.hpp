@@ -20,6 +20,11 @@
 
 namespace palanquin {
 
+/// Memory for Sqp::feedback_gain.
+struct GainWork {
+  std::vector<double> gain, step, solver;
+};
+
 /// Sequential quadratic programming with penalties for the inequalities (De Vincenti and Coros,
 /// section IV-A, after Grandia et al. 2022), on a lowered problem over N intervals.
 ///
@@ -82,6 +87,9 @@ class Sqp {
   /// Empty when the QP back end gives none (only "structured" does). Throws std::logic_error
   /// between `prepare` and `feedback`.
   Eigen::MatrixXd feedback_gain() const;
+  /// The same into `gain`, which is resized to [ndz, ndx], or to [0, 0]; `work` is memory for it.
+  /// Does not allocate where they were used for it before.
+  void feedback_gain(Eigen::MatrixXd& gain, GainWork& work) const;
 
   /// Multipliers of the dynamics in the last QP [N, ndx], row k of those from knot k to k + 1: how
   /// the cost changes with an offset of x_{k+1}. Throws std::logic_error where blocks are carried,
