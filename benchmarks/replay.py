@@ -4,33 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from palanquin.instance import Instance
 from palanquin.lowered import Lowered
 from palanquin.plan import Plan, Sqp
 
-Inputs = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Parameters, measured knot and guess of one solve."""
-
-
-class RecordingSqp(Sqp):
-    """An `Sqp` that keeps what it is asked to solve."""
-
-    def __init__(self, lowered: Lowered, **options: Any) -> None:
-        super().__init__(lowered, **options)
-        self.inputs: list[Inputs] = []
-
-    def solve(self, *inputs: Any, **named: Any) -> Plan:
-        """As `Sqp.solve`. Copies are made afterwards, so that they warm no cache."""
-        plan = super().solve(*inputs, **named)
-        p, z, start = self._inputs(*inputs, **named)
-        self.inputs.append((p.copy(), z.copy(), start.copy()))
-        return plan
-
 
 class Replay:
-    """Takes the recorded steps of a loop again, `EVERY` in a row, by a solver of its own.
+    """Takes the steps of a loop again, `EVERY` in a row, by a solver of its own.
 
     Between two steps of a loop in Python its other work drives the solver's data out of the
     processor's caches; here a step follows the last one at once, as in a loop in C++.
@@ -38,18 +18,21 @@ class Replay:
 
     EVERY = 32
 
-    def __init__(self, recorder: RecordingSqp, options: dict[str, Any]) -> None:
-        self._recorder = recorder
-        self._sqp = Sqp(recorder.lowered, **options)
+    def __init__(self, lowered: Lowered, options: dict[str, Any]) -> None:
+        self._sqp = Sqp(lowered, **options)
+        self._steps: list[Instance] = []
 
-    def measure(self) -> tuple[float, ...]:
-        """Milliseconds of every step since the last replay, if it is time for one; else ()."""
-        inputs = self._recorder.inputs
-        if len(inputs) < self.EVERY:
+    def measure(self, plan: Plan) -> tuple[float, ...]:
+        """Milliseconds of every step since the last replay, if `plan` is the last one until it is
+        time for one; else ().
+        """
+        if plan.instance is not None:
+            self._steps.append(plan.instance)
+        if len(self._steps) < self.EVERY:
             return ()
         times = []
-        for step in inputs:
-            self._sqp.advance(*step)
+        for step in self._steps:
+            self._sqp.advance(step.parameters, step.measured, step.guess)
             times.append(float(self._sqp.times_ms.total))
-        inputs.clear()
+        self._steps.clear()
         return tuple(times)

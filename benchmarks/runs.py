@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import copy
 import time
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
-from palanquin.benchmarks.replay import RecordingSqp, Replay
+from palanquin.benchmarks.replay import Replay
 from palanquin.benchmarks.stage_qps import qp_flops
 from palanquin.benchmarks.trot import COMMAND, PERIOD, ClosedLoop, disturbed, make_planner
 from palanquin.benchmarks.variant import SOLVERS, Task, Variant
@@ -30,7 +29,7 @@ class Step:
 
     Attributes:
         phases_ms: the solver's own time, per phase.
-        call_ms: the whole call from Python: references and warm start, arrays, and the solve.
+        call_ms: from measurement to plan: references, warm start and the solve.
         cost: warm, what the closed loop incurred in this period; cold, of the plan.
         iterations: SQP iterations.
         qps: QPs solved in them.
@@ -116,11 +115,9 @@ class WarmRun:
     def __init__(self, variant: Variant, seed: int, max_iterations: int = 1) -> None:
         options = {**variant.options(), "max_iterations": max_iterations}
         planner = make_planner(variant.task, **options)
-        planner.sqp = recorder = RecordingSqp(planner.lowered, **options)
         self._is_structured = variant.by.qp == "structured"
-        self._replay = Replay(recorder, options)
+        self._replay = Replay(planner.lowered, options)
         self._loop = ClosedLoop(planner, np.random.default_rng(seed))
-        recorder.inputs.clear()  # those of the first plan, which is converged
         self._probe = FeedbackProbe(planner, options) if self._is_structured else None
 
     def step(self) -> Step:
@@ -128,7 +125,7 @@ class WarmRun:
         plan, cost = self._loop.tick()
         step = Step.of(plan, cost, plan.plan.is_usable)
         feedback_ms = None if self._probe is None else self._probe.measure(plan.plan)
-        return replace(step, feedback_ms=feedback_ms, replay_ms=self._replay.measure())
+        return replace(step, feedback_ms=feedback_ms, replay_ms=self._replay.measure(plan.plan))
 
     def flops(self) -> float | None:
         """Of the structured solver; the others' libraries count none."""
@@ -148,13 +145,14 @@ class ColdRun:
             "cost_tolerance": COLD_TOLERANCE,
             "equality_tolerance": _COLD_EQUALITY_TOLERANCE,
         }
-        self._unused = make_planner(variant.task, **self._options)
+        self._planner = make_planner(variant.task, **self._options)
         self._random = np.random.default_rng(seed)
         self._time = 0.0
 
     def step(self) -> Step:
         """One instance, the next phase of the gait."""
-        planner = copy.copy(self._unused)
+        planner = self._planner
+        planner.restart()
         start = time.perf_counter()
         planner.sqp = Sqp(planner.lowered, **self._options)
         setup_ms = 1e3 * (time.perf_counter() - start)

@@ -4,11 +4,11 @@ include(CMakePackageConfigHelpers)
 
 add_library(palanquin INTERFACE)
 add_library(palanquin::palanquin ALIAS palanquin)
-target_link_libraries(palanquin INTERFACE palanquin_core palanquin_solvers)
+target_link_libraries(palanquin INTERFACE palanquin_core palanquin_solvers palanquin_planning)
 
-install(TARGETS palanquin palanquin_core palanquin_solvers EXPORT palanquinTargets
+install(TARGETS palanquin palanquin_core palanquin_solvers palanquin_planning EXPORT palanquinTargets
   ARCHIVE DESTINATION ${PALANQUIN_INSTALL_LIBDIR})
-install(DIRECTORY core/include/ solvers/include/ DESTINATION ${PALANQUIN_INSTALL_INCLUDEDIR}
+install(DIRECTORY core/include/ solvers/include/ control/include/ DESTINATION ${PALANQUIN_INSTALL_INCLUDEDIR}
   FILES_MATCHING PATTERN "*.hpp")
 install(EXPORT palanquinTargets NAMESPACE palanquin::
   DESTINATION ${PALANQUIN_INSTALL_CMAKEDIR})

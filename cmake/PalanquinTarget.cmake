@@ -14,10 +14,15 @@ function(palanquin_target target)
     COMPILE_WARNING_AS_ERROR ON)
 endfunction()
 
-# palanquin_add_library(<name>): the static library palanquin_<name>, alias palanquin::<name>, from
-# src/ (less what PalanquinKernels.cmake compiles) and include/ of the calling folder.
+# palanquin_add_library(<name> [<folder>]): the static library palanquin_<name>, alias
+# palanquin::<name>, from <folder> (src/ unless told, less what PalanquinKernels.cmake compiles) and
+# include/ of the calling folder.
 function(palanquin_add_library name)
-  file(GLOB_RECURSE sources CONFIGURE_DEPENDS src/*.cpp)
+  set(folder ${ARGN})
+  if(NOT folder)
+    set(folder src)
+  endif()
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/kernels/kernels[.]cpp$")
   add_library(palanquin_${name} STATIC ${sources})
   add_library(palanquin::${name} ALIAS palanquin_${name})

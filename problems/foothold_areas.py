@@ -15,14 +15,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.height_map import TREND_WIDTH, HeightMap
 from palanquin.problems.terrains import Terrain
 
 _TREND_SPACING = 0.05  # m
-_CELL = 0.05  # of the grid that says which areas are near, m
-_NEAR = 6  # so many
+_CELL = 0.05  # of the grid in which the engine looks areas up, m
 _MOST_CELLS = 4_000_000
 
 
@@ -145,14 +145,6 @@ class FootholdAreas(Terrain):
         """A foothold's half-spaces `sides` (a, b, c) and its `plane` (z0, ax, ay)."""
         return {"sides": (self.sides, 3), "plane": (3,)}
 
-    def around(self, points: np.ndarray) -> Mapping[str, np.ndarray]:
-        """The area in which each point lies, or the nearest; of several the one nearest in z."""
-        near = self._near(points)
-        distance = np.maximum(self._excess(near, points), 0.0)
-        distance += np.abs(points[..., 2, None] - self._heights(near, points))
-        chosen = _pick(near, distance.argmin(axis=-1))
-        return {"sides": self._half_spaces[chosen], "plane": self._planes[chosen]}
-
     def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
         """The plane of the foothold's area."""
         z0, ax, ay = ca.vertsplit(parameters["plane"])
@@ -169,41 +161,39 @@ class FootholdAreas(Terrain):
 
     def outside(self, points: np.ndarray) -> np.ndarray:
         """By how much points [..., >= 2] miss the nearest area's sides, m; at most 0 inside."""
-        return np.asarray(self._excess(self._near(points), points).min(axis=-1)) - self.margin
-
-    def nearest(self, points: np.ndarray) -> np.ndarray:
-        """Footholds [..., 3] in the areas nearest to points [..., 3], distances seen from above."""
-        return self._offers(points)[..., 0, :]
-
-    def options(self, wanted: np.ndarray) -> np.ndarray:
-        """The nearest points [n, 3] of the nearest areas, the nearest first."""
-        return self._offers(wanted)
-
-    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """z, m, of the area at (x, y), the highest if there are several, else of the nearest."""
-        points = np.stack(np.broadcast_arrays(x, y), axis=-1)
-        near = self._near(points)
-        excess = np.maximum(self._excess(near, points), 0.0)
-        is_nearest = excess <= excess.min(axis=-1, keepdims=True)
-        heights = np.where(is_nearest, self._heights(near, points), -np.inf)
-        return np.asarray(heights.max(axis=-1))
-
-    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """The slope of the same area's plane, [..., 2]."""
-        x, y = np.broadcast_arrays(x, y)
-        points = np.stack([x, y, self.height(x, y)], axis=-1)
-        return self.around(points)["plane"][..., 1:]
+        xy = np.ascontiguousarray(points[..., :2], dtype=float)
+        return self.core.excess(xy.reshape(-1, 2)).reshape(xy.shape[:-1]) - self.margin
 
     @cached_property
     def trend(self) -> Terrain:
         """The heights of the areas, smoothed over the size of a robot's body."""
-        corners = np.concatenate([area.corners for area in self.areas])
-        low, high = corners.min(axis=0) - 3 * TREND_WIDTH, corners.max(axis=0) + 3 * TREND_WIDTH
+        ground = self._engine(None)
+        low, high = self._extent
         x, y = (
-            np.arange(a, b + _TREND_SPACING, _TREND_SPACING) for a, b in zip(low, high, strict=True)
+            np.arange(a - 3 * TREND_WIDTH, b + 3 * TREND_WIDTH + _TREND_SPACING, _TREND_SPACING)
+            for a, b in zip(low, high, strict=True)
         )
-        heights = np.array([self.height(x, row) for row in y])
-        return HeightMap(heights, (float(low[0]), float(low[1])), _TREND_SPACING).trend
+        points = np.stack(np.meshgrid(x, y), axis=-1)
+        heights = ground.heights(points.reshape(-1, 2)).reshape(points.shape[:-1])
+        return HeightMap(heights, (float(x[0]), float(y[0])), _TREND_SPACING).trend
+
+    @cached_property
+    def core(self) -> _core.FootholdAreas:
+        """As the engine has it."""
+        return self._engine(self.trend.core)
+
+    def _engine(self, trend: _core.Terrain | None) -> _core.FootholdAreas:
+        parts = zip(self._half_spaces, self._allowed, self.areas, strict=True)
+        areas = [
+            (lines, corners, np.array(area.plane, dtype=float)) for lines, corners, area in parts
+        ]
+        return _core.FootholdAreas(areas, *self._extent, trend)
+
+    @property
+    def _extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest (x, y) of all corners, m."""
+        corners = np.concatenate([area.corners for area in self.areas])
+        return corners.min(axis=0), corners.max(axis=0)
 
     @cached_property
     def _half_spaces(self) -> np.ndarray:
@@ -212,55 +202,6 @@ class FootholdAreas(Terrain):
         for own, area in zip(padded, self.areas, strict=True):
             own[: len(area.corners)] = area.half_spaces(self.margin)
         return padded
-
-    @cached_property
-    def _planes(self) -> np.ndarray:
-        return np.array([area.plane for area in self.areas], dtype=float)
-
-    def _near(self, points: np.ndarray) -> np.ndarray:
-        """Indices [..., n] of the areas that may be nearest to points [..., >= 2]."""
-        low, lookup = self._lookup
-        cell = np.rint((points[..., :2] - low) / _CELL).astype(int)
-        cell = np.clip(cell, 0, np.array(lookup.shape[:2]) - 1)
-        return np.asarray(lookup[cell[..., 0], cell[..., 1]])
-
-    @cached_property
-    def _lookup(self) -> tuple[np.ndarray, np.ndarray]:
-        """A grid's first point, and at each point the areas missed by least, [nx, ny, n]."""
-        corners = np.concatenate([area.corners for area in self.areas])
-        low, high = corners.min(axis=0) - _CELL, corners.max(axis=0) + _CELL
-        x, y = (np.arange(a, b + _CELL, _CELL) for a, b in zip(low, high, strict=True))
-        every = np.arange(len(self.areas))[None]
-        columns = [
-            self._excess(every, np.stack([np.full_like(y, along), y], axis=-1)).argsort(
-                axis=-1, kind="stable"
-            )[:, :_NEAR]
-            for along in x
-        ]
-        return low, np.array(columns)
-
-    def _excess(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """By how much points [..., >= 2] miss the worst half-space of `areas` [..., n], m."""
-        # Sides come first: maxima over a short last axis are slow.
-        a, b, c = self._half_spaces.T.take(areas, axis=-1)
-        missed = a * points[..., 0, None] + b * points[..., 1, None] + c
-        return np.asarray(missed.max(axis=0))
-
-    def _heights(self, areas: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Z of the planes of `areas` [..., n] at points [..., >= 2], m."""
-        z0, ax, ay = self._planes.T.take(areas, axis=-1)
-        return np.asarray(z0 + ax * points[..., 0, None] + ay * points[..., 1, None])
-
-    def _offers(self, points: np.ndarray) -> np.ndarray:
-        """The point nearest to points [..., 3] in each of the areas around, [..., n, 3]."""
-        near = self._near(points)
-        xy = nearest_in_polygons(self._allowed[near], points[..., None, :2])
-        planes = self._planes[near]
-        z = planes[..., 0] + (planes[..., 1:] * xy).sum(axis=-1)
-        distance = np.linalg.norm(xy - points[..., None, :2], axis=-1)
-        order = distance.argsort(axis=-1, kind="stable")
-        offers = np.concatenate([xy, z[..., None]], axis=-1)
-        return np.take_along_axis(offers, order[..., None], axis=-2)
 
     @cached_property
     def _allowed(self) -> np.ndarray:
@@ -272,22 +213,11 @@ class FootholdAreas(Terrain):
         )
 
 
-def _pick(values: np.ndarray, index: np.ndarray) -> np.ndarray:
-    return np.take_along_axis(values, index[..., None], axis=-1)[..., 0]
-
-
 def nearest_in_polygons(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points [..., 2] of convex polygons (corners anticlockwise, [..., n, 2]) nearest to `points`.
 
     Corners may be repeated.
     """
-    sides = np.roll(corners, -1, axis=-2) - corners
-    from_corners = points[..., None, :] - corners
-    turns = sides[..., 0] * from_corners[..., 1] - sides[..., 1] * from_corners[..., 0]
-    lengths = np.maximum((sides**2).sum(axis=-1), np.finfo(float).tiny)
-    share = np.clip((from_corners * sides).sum(axis=-1) / lengths, 0.0, 1.0)
-    on_sides = corners + share[..., None] * sides
-    distance = np.linalg.norm(on_sides - points[..., None, :], axis=-1)
-    nearest = np.take_along_axis(on_sides, distance.argmin(axis=-1)[..., None, None], axis=-2)
-    inside = (turns >= 0).all(axis=-1, keepdims=True)
-    return np.where(inside, points, nearest[..., 0, :])
+    flat = corners.reshape(-1, *corners.shape[-2:])
+    pairs = zip(flat, points.reshape(-1, 2), strict=True)
+    return np.reshape([_core.nearest_in_polygon(c, p) for c, p in pairs], points.shape)

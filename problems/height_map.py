@@ -13,7 +13,6 @@ the next solve starts from there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,6 +21,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.terrains import Terrain
@@ -32,12 +32,6 @@ TREND_WIDTH = 0.25
 
 MOST_SAMPLES = 4096
 """Along each axis; the spline solves a dense system of so many equations."""
-
-# (1, t, t^2, t^3) times these give B at the nodes -1, 0, 1, 2 of a cell, and its derivatives.
-_SPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
-_DERIVATIVE = np.diag([1.0, 2.0, 3.0], k=1)
-_SPLINES = (_SPLINE, _DERIVATIVE @ _SPLINE, _DERIVATIVE @ _DERIVATIVE @ _SPLINE)
-_VALUE_AND_SLOPE = np.array(_SPLINES[:2])
 
 _REPEATED = 8  # coefficients beyond each edge
 
@@ -73,27 +67,12 @@ class HeightMap(Terrain):
         """The `centre` (x, y) of an expansion, and there `surface` (z, zx, zy, zxx, zxy, zyy)."""
         return {"centre": (2,), "surface": (6,)}
 
-    def around(self, points: np.ndarray) -> Mapping[str, np.ndarray]:
-        """The expansion to second order around each point."""
-        centre = points[..., :2]
-        orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        surface = self._derivatives(centre[..., 0], centre[..., 1], orders)
-        return {"centre": centre, "surface": surface}
-
     def expression(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
         """The expansion."""
         centre = parameters["centre"]
         z, zx, zy, zxx, zxy, zyy = ca.vertsplit(parameters["surface"])
         dx, dy = x - centre[0], y - centre[1]
         return z + zx * dx + zy * dy + zxx * dx**2 / 2 + zxy * dx * dy + zyy * dy**2 / 2
-
-    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """z_g, m, of the common shape of x and y."""
-        return self._derivatives(x, y, ((0, 0),))[..., 0]
-
-    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """(dz/dx, dz/dy), shape [..., 2]."""
-        return self._derivatives(x, y, ((1, 0), (0, 1)))
 
     @cached_property
     def trend(self) -> Terrain:
@@ -103,50 +82,15 @@ class HeightMap(Terrain):
         smoothed = _smoothed(self.heights, TREND_WIDTH / self.spacing)
         return HeightMap(smoothed, self.origin, self.spacing, is_smooth=True)
 
-    def _derivatives(
-        self,
-        x: np.ndarray | float,
-        y: np.ndarray | float,
-        orders: tuple[tuple[int, int], ...],
-    ) -> np.ndarray:
-        """d^(m+n) z / dx^m dy^n for each (m, n) of `orders`, [..., orders]."""
-        u, v = np.broadcast_arrays(*self._coordinates(x, y))
-        column, row = np.floor(u).astype(int), np.floor(v).astype(int)
-        cell = np.arange(-1, 3) + _REPEATED
-        values = self._coefficients[
-            row[..., None, None] + cell[:, None], column[..., None, None] + cell
-        ]
-        along, across = ((t[..., None] ** np.arange(4)) for t in (u - column, v - row))
-        results = [
-            np.einsum("...ij,...i,...j->...", values, across @ _SPLINES[n], along @ _SPLINES[m])
-            / self.spacing ** (m + n)
-            for m, n in orders
-        ]
-        return np.stack(results, axis=-1)
-
-    def slope(self, x: float, y: float) -> tuple[float, float]:
-        """(dz/dx, dz/dy) at one point."""
-        rows, columns = self.heights.shape
-        (x0, y0), least = self.origin, 2 - _REPEATED
-        u = min(max((x - x0) / self.spacing, least), columns - 1 - least)
-        v = min(max((y - y0) / self.spacing, least), rows - 1 - least)
-        column, row = math.floor(u) - 1 + _REPEATED, math.floor(v) - 1 + _REPEATED
-        values = self._coefficients[row : row + 4, column : column + 4]
-        powers = np.array([[1.0, t, t * t, t * t * t] for t in (u % 1, v % 1)])
-        along, across = (powers @ _VALUE_AND_SLOPE).swapaxes(0, 1)
-        (_, zx), (zy, _) = (across @ values @ along.T).tolist()
-        return zx / self.spacing, zy / self.spacing
-
-    def _coordinates(self, x: np.ndarray | float, y: np.ndarray | float) -> list[np.ndarray]:
-        """(u, v), clipped to where the map has become level."""
-        return [
-            np.clip((value - first) / self.spacing, 2 - _REPEATED, size + _REPEATED - 3)
-            for value, first, size in zip(
-                (x, y), self.origin, self.heights.shape[::-1], strict=True
-            )
-        ]
-
     @cached_property
+    def core(self) -> _core.Terrain:
+        """As the engine has it."""
+        trend = None if self.is_smooth else self.trend.core
+        return _core.HeightMap(
+            self._coefficients, np.array(self.origin, float), self.spacing, trend
+        )
+
+    @property
     def _coefficients(self) -> np.ndarray:
         """c_ij, with those at the edges repeated beyond them."""
         rows, columns = (_interpolation_matrix(size) for size in self.heights.shape)

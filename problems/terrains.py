@@ -19,10 +19,14 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
+from palanquin import _core, compilation
+from palanquin.errors import ProblemError
+from palanquin.lowering.source_code import source_code
 from palanquin.problems import checks
+from palanquin.problems.mirrored import Mirrored
 
 
-class Terrain(abc.ABC):
+class Terrain(Mirrored, abc.ABC):
     """A smooth height map over the world's xy-plane, in metres."""
 
     @abc.abstractmethod
@@ -48,7 +52,17 @@ class Terrain(abc.ABC):
 
     def around(self, points: np.ndarray) -> Mapping[str, np.ndarray]:
         """Values of `local_parameters` around footholds [..., 3] in the world, [..., *shape]."""
-        return {}
+        shapes = self.local_parameters()
+        if not shapes:
+            return {}
+        values = self.core.around(np.reshape(points, (-1, 3)))
+        ends = np.cumsum([math.prod(shape) for shape in shapes.values()])
+        return {
+            name: part.reshape(*np.shape(points)[:-1], *shape)
+            for (name, shape), part in zip(
+                shapes.items(), np.split(values, ends[:-1], axis=1), strict=True
+            )
+        }
 
     def limits(self, x: ca.SX, y: ca.SX, parameters: Mapping[str, ca.SX]) -> ca.SX:
         """Rows <= 0, m, [n] that hold where a foot may stand, n >= 0; as `expression`."""
@@ -60,14 +74,12 @@ class Terrain(abc.ABC):
         return False
 
     def nearest(self, points: np.ndarray) -> np.ndarray:
-        """Footholds nearest to `points` [..., 3], of the same shape: here those below them."""
-        return np.concatenate(
-            [points[..., :2], self.height(points[..., 0], points[..., 1])[..., None]], axis=-1
-        )
+        """Footholds nearest to `points` [..., 3], of the same shape, distances seen from above."""
+        return self.core.nearest(np.reshape(points, (-1, 3))).reshape(np.shape(points))
 
     def options(self, wanted: np.ndarray) -> np.ndarray:
         """Footholds [n, 3] to choose from when `wanted` [3] is wanted, the nearest first."""
-        return self.nearest(wanted)[None]
+        return self.core.options(np.asarray(wanted, dtype=float))
 
     @property
     def is_plane(self) -> bool:
@@ -75,23 +87,32 @@ class Terrain(abc.ABC):
         return False
 
     @cached_property
-    def _function(self) -> ca.Function:
+    def core(self) -> _core.Terrain:
+        """As the engine has it: what planners ask. A formula is compiled, or found in the cache.
+
+        Raises ProblemError for a kind of one's own with `local_parameters`, which it cannot set.
+        """
+        if self.local_parameters():
+            raise ProblemError(
+                f"terrain: {type(self).__name__} has local parameters that the engine cannot set"
+            )
         xy = ca.SX.sym("xy", 2)
         values = {name: ca.SX(ca.DM(value)) for name, value in self.parameters().items()}
         z = ca.SX(self.expression(xy[0], xy[1], values))
-        return ca.Function("terrain", [xy], [z, ca.densify(ca.gradient(z, xy))])
+        results = [ca.densify(ca.vertcat(z, ca.gradient(z, xy)))]
+        code = source_code([ca.Function("terrain", [xy], results)], "")
+        library = compilation.build("terrain", compilation.content_key(code), lambda: code)
+        return _core.LoweredTerrain(str(library.path))
 
     def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
         """z_g, m, of the common shape of x and y."""
-        x, y = np.broadcast_arrays(x, y)
-        z, _ = self._function(np.stack([x.ravel(), y.ravel()]))
-        return np.asarray(z).reshape(x.shape)
+        points = np.stack(np.broadcast_arrays(x, y), axis=-1).astype(float)
+        return self.core.heights(points.reshape(-1, 2)).reshape(points.shape[:-1])
 
     def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
         """(dz/dx, dz/dy), shape [..., 2]."""
-        x, y = np.broadcast_arrays(x, y)
-        _, slope = self._function(np.stack([x.ravel(), y.ravel()]))
-        return np.asarray(slope).T.reshape(*x.shape, 2)
+        points = np.stack(np.broadcast_arrays(x, y), axis=-1).astype(float)
+        return self.core.gradients(points.reshape(-1, 2)).reshape(points.shape)
 
     def slope(self, x: float, y: float) -> tuple[float, float]:
         """(dz/dx, dz/dy) at one point."""
@@ -133,30 +154,10 @@ class PlaneWithRamp(Terrain):
         height, rate, xg = ca.vertsplit(parameters["ramp"])
         return z0 + ax * x + ay * y + height / 2 * (1 + ca.tanh(rate / 2 * (x - xg)))
 
-    # References ask for the ground at every knot and foothold, many times a second: the closed form
-    # is a hundred times faster than a call of the expression's function.
-
-    def height(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """z_g, m, of the common shape of x and y."""
-        z0, ax, ay = self.plane
-        height, rate, xg = self.ramp
-        return np.asarray(z0 + ax * x + ay * y + height / 2 * (1 + np.tanh(rate / 2 * (x - xg))))
-
-    def gradient(self, x: np.ndarray | float, y: np.ndarray | float) -> np.ndarray:
-        """(dz/dx, dz/dy), shape [..., 2]."""
-        _, ax, ay = self.plane
-        height, rate, xg = self.ramp
-        x, y = np.broadcast_arrays(x, y)
-        slope = np.empty((*x.shape, 2))
-        slope[..., 0] = ax + height * rate / 4 * (1 - np.tanh(rate / 2 * (x - xg)) ** 2)
-        slope[..., 1] = ay
-        return slope
-
-    def slope(self, x: float, y: float) -> tuple[float, float]:
-        """(dz/dx, dz/dy) at one point."""
-        _, ax, ay = self.plane
-        height, rate, xg = self.ramp
-        return ax + height * rate / 4 * (1 - math.tanh(rate / 2 * (x - xg)) ** 2), ay
+    @cached_property
+    def core(self) -> _core.Terrain:
+        """As the engine has it."""
+        return _core.PlaneWithRamp(np.array(self.plane, float), np.array(self.ramp, float))
 
 
 def Flat(z0: float = 0.0) -> PlaneWithRamp:  # noqa: N802  (reads as the terrain's name)

@@ -21,7 +21,6 @@ from palanquin.problems.clm.parameters import (
     set_weights,
 )
 from palanquin.problems.clm.references import ORIENTATION, STATE, References
-from palanquin.problems.clm.standing_ground import StandingGround
 from palanquin.problems.clm.starts import foothold_starts
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.modules.ditches import padded_lines
@@ -115,9 +114,8 @@ class CaseProblem:
         More than one only where reference footholds lie in ditches; see `foothold_starts`.
         """
         lines = np.array(self._ditch_lines()).reshape(-1, 4)
-        ground = StandingGround(self.case.terrain.shape(), lines)
-        wanted = self.references.feet()
-        moved = foothold_starts(wanted, self.contacts, self.before, ground.options, at_most)
+        terrain, wanted = self.case.terrain.shape(), self.references.feet()
+        moved = foothold_starts(wanted, self.contacts, self.before, terrain, lines, at_most)
         starts = [wanted, *(start for start in moved if (start != wanted).any())][:at_most]
         return [footholds(start, self.contacts, self.before, self.case.feet0) for start in starts]
 

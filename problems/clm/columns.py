@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from palanquin.errors import ProblemError
 from palanquin.lowered import Lowered
-from palanquin.named_array import NamedArray
 from palanquin.problems.clm.references import PARTS
 from palanquin.problems.clm.team import Team
 from palanquin.problems.robots import FEET
@@ -51,36 +49,14 @@ class Columns:
         )
 
 
-@dataclass(frozen=True)
-class GroundColumns:
-    """Indices into parameter vectors [..., np] of what describes the ground around each foot.
-
-    Attributes:
-        columns: by the name of the terrain's local parameter, [R, 4, *shape].
+def check_surroundings(lowered: Lowered, team: Team, terrain: Terrain) -> None:
+    """Raises ProblemError unless a lowered problem describes the ground around its feet as terrains
+    of this kind do.
     """
-
-    columns: Mapping[str, np.ndarray]
-
-    def __bool__(self) -> bool:
-        return bool(self.columns)
-
-    @staticmethod
-    def of(lowered: Lowered, team: Team, terrain: Terrain) -> GroundColumns:
-        """The columns of a lowered problem; ProblemError if its terrain is of another kind."""
-        params = lowered.parameters(1)
-        params.values[:] = np.arange(params.values.shape[1])
-        columns = {}
-        for name, shape in terrain.local_parameters().items():
-            first = f"{team.robots[0]}.{FEET[0]}.ground.{name}"
-            if first not in params or params[first].shape[1:] != shape:
-                raise ProblemError(
-                    f"this problem's terrain has no local parameter '{name}' of shape {shape}"
-                )
-            rows = [[params[f"{r}.{limb}.ground.{name}"][0] for limb in FEET] for r in team.robots]
-            columns[name] = np.array(rows, dtype=int)
-        return GroundColumns(columns)
-
-    def fill(self, params: NamedArray, values: Mapping[str, np.ndarray]) -> None:
-        """Writes values [N+1, R, 4, *shape] by name."""
-        for name, columns in self.columns.items():
-            params.values[:, columns] = values[name]
+    params = lowered.parameters(1)
+    first = f"{team.robots[0]}.{FEET[0]}.ground"
+    for name, shape in terrain.local_parameters().items():
+        if f"{first}.{name}" not in params or params[f"{first}.{name}"].shape[1:] != shape:
+            raise ProblemError(
+                f"this problem's terrain has no local parameter '{name}' of shape {shape}"
+            )

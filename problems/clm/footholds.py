@@ -9,24 +9,13 @@ their own references are the hips' projections at each knot.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from palanquin.problems import quaternions
-from palanquin.problems.clm.references import (
-    ANGULAR_VELOCITY,
-    ORIENTATION,
-    POSITION,
-    VELOCITY,
-    References,
-)
+from palanquin import _core
 from palanquin.problems.clm.team import Team
-from palanquin.problems.gaits import GaitClock
-from palanquin.problems.modules.rigid_body import GRAVITY
 from palanquin.problems.terrains import Terrain
 
-MOST_CORRECTION = 0.1
+MOST_CORRECTION: float = _core.MOST_CORRECTION
 """How far a foothold gives way to a body that is too fast, m."""
 
 
@@ -52,42 +41,10 @@ def raibert_footholds(
         stances: when they begin and end, s, each [N+1, R, 4].
         too_fast: measured less reference velocity, horizontal, world axes, m/s, [R, 2].
     """
-    begin, end = stances
-    position, orientation = robots[..., None, POSITION], robots[..., None, ORIENTATION]
-    hips = quaternions.rotate(orientation, team.hips())
-    spin = quaternions.rotate(orientation, robots[..., None, ANGULAR_VELOCITY])
-    velocity = robots[..., None, VELOCITY] + quaternions.cross(spin, hips)
-    to_middle = (begin + end) / 2 - times[:, None, None]
-    feet = position + hips + to_middle[..., None] * velocity
-    heights = np.array([carrier.model.standing_height for carrier in team.carriers])
-    correction = np.sqrt(heights / -GRAVITY[2])[:, None] * too_fast
-    correction = np.clip(correction, -MOST_CORRECTION, MOST_CORRECTION)
-    feet[..., :2] += np.where((begin > times[0])[..., None], correction[:, None], 0.0)
-    feet[..., 2] = terrain.height(feet[..., 0], feet[..., 1])
-    return feet - position
-
-
-def with_raibert_footholds(
-    references: References,
-    team: Team,
-    terrain: Terrain,
-    times: np.ndarray,
-    clocks: Sequence[GaitClock],
-    measured: np.ndarray,
-) -> References:
-    """The references with `raibert_footholds` for robots on these gait clocks.
-
-    Args:
-        references: of the horizon.
-        team: payload and robots.
-        terrain: height map.
-        times: of the knots, s, [N+1].
-        clocks: the robots' gaits, R of them.
-        measured: the robots' states [R, 13] at the first knot.
-    """
-    robots = references.bodies[:, 1:]
-    begin, end = zip(*(clock.stances(times) for clock in clocks), strict=True)
-    stances = np.stack(begin, axis=1), np.stack(end, axis=1)
-    too_fast = (measured[:, VELOCITY] - robots[0, :, VELOCITY])[:, :2]
-    footholds = raibert_footholds(team, robots, terrain, times, stances, too_fast)
-    return References(references.bodies, footholds)
+    n, count = len(times), len(team.carriers)
+    bodies = np.concatenate([np.zeros_like(robots[:, :1]), robots], axis=1).reshape(n, -1)
+    begin, end = (part.reshape(n, -1) for part in stances)
+    found = _core.raibert_footholds(
+        team.core, terrain.core, bodies, list(times), begin, end, np.asarray(too_fast, dtype=float)
+    )
+    return found.reshape(n, count, 4, 3)

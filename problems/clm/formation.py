@@ -21,8 +21,6 @@ class Formation:
         yaws: headings relative to the payload's, rad, [R].
         turns: the same as quaternions [R, 4].
         offsets: the robots' positions in the payload's frame, m, [R, 3].
-        ground_fit: takes values at a robot's hips to the value and the slopes along body x and y
-            of the plane through them in the least-squares sense, at its centre, [R, 3, 4].
     """
 
     attach: np.ndarray
@@ -31,14 +29,12 @@ class Formation:
     yaws: np.ndarray
     turns: np.ndarray
     offsets: np.ndarray
-    ground_fit: np.ndarray
 
     @staticmethod
     def of(attach: ArrayLike, hands: ArrayLike, hips: ArrayLike, yaws: ArrayLike) -> Formation:
         """The formation of robots whose hands at their default place are on their grasp points."""
         attach, hands, hips, yaws = (np.array(a, dtype=float) for a in (attach, hands, hips, yaws))
         turns = quaternions.from_yaw(yaws)
-        ones = np.ones(hips.shape[:2])
         formation = Formation(
             attach=attach,
             hands=hands,
@@ -46,7 +42,6 @@ class Formation:
             yaws=yaws,
             turns=turns,
             offsets=attach - quaternions.rotate(turns, hands),
-            ground_fit=np.linalg.pinv(np.stack([ones, hips[..., 0], hips[..., 1]], axis=-1)),
         )
         for values in vars(formation).values():
             values.flags.writeable = False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from palanquin import _core
 from palanquin.problems.clm.parameters import Arrays
 from palanquin.problems.clm.references import PARTS, References
 from palanquin.problems.clm.team import Team
@@ -61,11 +62,9 @@ def carrying_forces(team: Team, contacts: np.ndarray) -> np.ndarray:
 
     Each robot carries itself and an equal share of the payload, evenly on its standing feet.
     """
-    masses = np.array([carrier.model.mass for carrier in team.carriers])
-    weights = _share(team) + masses[:, None] * GRAVITY
-    standing = np.asarray(contacts, dtype=float)
-    per_foot = standing / np.maximum(standing.sum(axis=-1, keepdims=True), 1)
-    return -per_foot[..., None] * weights[:, None]
+    flags = np.asarray(contacts, dtype=bool)
+    forces = _core.carrying_forces(team.core, flags.reshape(len(flags), -1))
+    return forces.reshape(*flags.shape, 3)
 
 
 def _share(team: Team) -> np.ndarray:
@@ -84,9 +83,12 @@ def footholds(
         before: feet that stand when the horizon begins, [R, 4].
         feet: measured positions [R, 4, 3].
     """
-    positions = np.array(wanted)
-    standing, last = np.asarray(before, dtype=bool), feet
-    for k, flags in enumerate(np.asarray(contacts, dtype=bool)):
-        positions[k] = np.where((flags & standing)[..., None], last, wanted[k])
-        standing, last = flags, positions[k]
-    return positions
+    n = len(wanted)
+    flags, standing = (np.asarray(a, dtype=bool) for a in (contacts, before))
+    positions = _core.carried_feet(
+        np.reshape(wanted, (n, -1)),
+        flags.reshape(n, -1),
+        standing.reshape(1, -1),
+        np.reshape(feet, (-1, 3)),
+    )
+    return positions.reshape(np.shape(wanted))

@@ -1,42 +1,33 @@
-"""A receding-horizon planner for a team: references, gaits and warm starts around one `Sqp`."""
+"""A receding-horizon planner for a team, as the engine runs it: built here, called from here."""
 
 from __future__ import annotations
 
-import time as clock
-from dataclasses import dataclass, replace
+import os
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from palanquin import _core
 from palanquin.candidates import Candidates
-from palanquin.errors import ProblemError
-from palanquin.events import Event, EventKind, plan_events
-from palanquin.named_array import NamedArray
+from palanquin.errors import LoweringError, ProblemError
+from palanquin.evaluation import core_policy
+from palanquin.events import events_of
 from palanquin.plan import Plan, Sqp, Status
 from palanquin.policies import Policy
 from palanquin.problem import Problem
 from palanquin.problems import checks
-from palanquin.problems.clm.columns import Columns, GroundColumns
-from palanquin.problems.clm.footholds import with_raibert_footholds
-from palanquin.problems.clm.parameters import (
-    set_contacts,
-    set_input_blocks,
-    set_references,
-    set_terrain,
-)
+from palanquin.problems.clm.columns import Columns, check_surroundings
+from palanquin.problems.clm.parameters import set_input_blocks, set_terrain
 from palanquin.problems.clm.references import (
     References,
     RobotReferences,
     Velocity,
-    make_references,
     nominal_state,
-    payload_path,
 )
-from palanquin.problems.clm.standing_ground import StandingGround
 from palanquin.problems.clm.team import Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
-from palanquin.problems.clm.warm_start import Instant, WarmStart
 from palanquin.problems.gaits import GaitClock
 from palanquin.problems.modules.ditches import padded_lines
 from palanquin.problems.terrains import Flat, Terrain
@@ -44,16 +35,7 @@ from palanquin.problems.terrains import Flat, Terrain
 FootholdRule = Literal["hips", "raibert"]
 
 
-@dataclass(frozen=True)
-class _Task:
-    """A solve that has been set up: what is known, where it starts, when that was begun, and in two
-    phases whether the solver is ready to feed back.
-    """
-
-    now: Instant
-    guess: NamedArray
-    started: float
-    is_ready: bool = False
+_THREADS = 2  # that several candidates are solved by
 
 
 class Planner:
@@ -108,48 +90,71 @@ class Planner:
         if restart_after < 1:
             raise ProblemError(f"planner.restart_after is {restart_after}; it must be at least 1")
         self.restart_after = restart_after
-        if footholds not in get_args(FootholdRule):
-            known = ", ".join(get_args(FootholdRule))
-            raise ProblemError(f"planner.footholds is {footholds!r}; it must be one of {known}")
+        for name, value, kind in (
+            ("footholds", footholds, FootholdRule),
+            ("references", references, RobotReferences),
+        ):
+            if value not in get_args(kind):
+                known = ", ".join(get_args(kind))
+                raise ProblemError(f"planner.{name} is {value!r}; it must be one of {known}")
         self.team = team or Team.of(problem)
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
         self.columns = Columns.of(self.lowered, self.team)
         self.footholds = footholds
         self.horizon = self.lowered.horizon
-        self.params = self.lowered.parameters()
-        set_terrain(self.params, self.terrain)
-        set_input_blocks(self.params, self.team, input_blocks)
-        self._surroundings = GroundColumns.of(self.lowered, self.team, self.terrain)
-        self.dt = float(self.params["dt"][0])
-        self._start_from = WarmStart(
-            self.lowered,
-            self.team,
-            self.columns,
-            self.params,
-            StandingGround(self.terrain, np.empty((0, 4))),
-            self._stance,
-        )
-        self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
+        params = self.lowered.parameters()
+        set_terrain(params, self.terrain)
+        set_input_blocks(params, self.team, input_blocks)
+        check_surroundings(self.lowered, self.team, self.terrain)
+        self.dt = float(params["dt"][0])
         # One iteration leaves residuals at the end of the horizon, where a step has just come into
         # view (a bound's flight: 2 rad/s); they are gone before they are executed.
         options = {"max_iterations": 1, "usable_violation": 5.0, **options}
-        self.sqp = Sqp(self.lowered, **options)
         self.candidates = (
             Candidates(self.lowered, candidates, **options) if candidates > 1 else None
         )
-        self._robot_references = references
+        self._solvers = (
+            self.candidates.solvers if self.candidates else [Sqp(self.lowered, **options)]
+        )
+        self._robot_references: RobotReferences = references
+        self._core = _core.TeamPlanner(
+            self.lowered.core,
+            self.team.core,
+            self.terrain.core,
+            params.values,
+            [solver._core for solver in self._solvers],
+            looks_ahead=footholds == "raibert",
+            on_ground=references == "ground",
+            restart_after=restart_after,
+            threads=_THREADS,
+        )
+        self.params = params.over(self._core.parameters)
+        self.clocks = [GaitClock.of(self._core.clock(r)) for r in range(len(self.team.carriers))]
+        self.set_ditches(ditches if np.size(ditches) else self._default_ditches())
         self.restart()
+
+    @property
+    def sqp(self) -> Sqp:
+        """The solver; of several candidates the first."""
+        return self._solvers[0]
+
+    @sqp.setter
+    def sqp(self, solver: Sqp) -> None:
+        """Has another solver do the work from now on; not for a planner with candidates."""
+        if self.candidates is not None:
+            raise ProblemError("planner.sqp: a planner with candidates keeps its solvers")
+        self._core.use_solvers([solver._core])
+        self._solvers = [solver]
 
     def set_ditches(self, lines: ArrayLike) -> None:
         """Takes other ditches (a, b, c, width) [n, 4], m; raises ProblemError for too many."""
         self.ditches = np.asarray(lines, dtype=float).reshape(-1, 4)
         if "ditches" in self.params:
-            at_most = self.params["ditches"].shape[1]
-            self.params["ditches"] = padded_lines(self.ditches, at_most)
+            padded_lines(self.ditches, self.params["ditches"].shape[1])
         elif len(self.ditches):
             raise ProblemError("ditches are given, but the problem was built for none")
-        self._start_from.ground = StandingGround(self.terrain, self.ditches)
+        self._core.set_ditches(self.ditches)
 
     def _default_ditches(self) -> np.ndarray:
         lines = self.params["ditches"][0] if "ditches" in self.params else np.empty((0, 4))
@@ -159,18 +164,10 @@ class Planner:
         """Forgets the last plan, the time, changes of gait and expected pushes; the payload's
         reference starts at (x, y, yaw).
         """
-        self.reference = checks.array("reference", reference, 3)
-        self.clocks = [GaitClock(carrier.gait) for carrier in self.team.carriers]
-        self.expect_wrenches(np.zeros((self.horizon + 1, len(self.team.bodies), 6)))
-        self._start = 0.0  # when the first plan was made
-        self._time: float | None = None
-        self._command = Velocity()
-        self._last: TeamPlan | None = None
-        self._planned_at = 0.0  # what time the last plan is for
-        self._prepared: _Task | None = None
+        self._core.restart(checks.array("reference", reference, 3))
+        self._time: float | None = None  # of the last call
+        self._is_prepared = False
         self.failed_plan: Plan | None = None
-        self._failures = 0  # solves in a row without a usable plan
-        self._events: tuple[Event, ...] = ()  # since the last plan
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
         """Standing at payload pose (x, y, yaw), the reference's start unless told."""
@@ -189,27 +186,51 @@ class Planner:
 
     def set_policy(self, family: str, policy: Policy) -> None:
         """Changes how an inequality family enters; needs no lowering."""
-        for solver in (self.sqp, self.candidates):
-            if solver is not None:
-                solver.set_policy(family, policy)
+        for solver in self._solvers:
+            solver.set_policy(family, policy)
 
     def expect_wrenches(self, wrenches: np.ndarray) -> None:
         """Tells the planner of pushes to come: force and torque (world, N and N m) on each body
         during the intervals of the horizon that the next plan is for, [N+1, R+1, 6].
         """
-        for b, body in enumerate(self.team.bodies):
-            self.params[f"{body}.external_force"] = wrenches[:, b, :3]
-            self.params[f"{body}.external_torque"] = wrenches[:, b, 3:]
+        self._core.expect_wrenches(np.reshape(wrenches, (self.horizon + 1, -1)))
+
+    @property
+    def reference(self) -> np.ndarray:
+        """The payload's reference (x, y, yaw) [3], m and rad, at the last plan's time."""
+        return self._core.reference
+
+    @reference.setter
+    def reference(self, pose: ArrayLike) -> None:
+        self._core.reference = checks.array("reference", pose, 3)
 
     def reference_at(self, time: float) -> np.ndarray:
         """The payload's reference (x, y, yaw) [3], m and rad, at `time` (s, not before the last
         plan's) if the command stays.
         """
-        elapsed = 0.0 if self._time is None else time - self._time
-        if elapsed <= 0:
-            return self.reference
-        trend = self.terrain.trend
-        return payload_path(trend, self.reference, self._command, 1, elapsed).pose[1]
+        return self._core.reference_at(time)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes the planner as one folder, for C++ programs without Python: the problem, see
+        `Lowered.save`, and beside it the file `planner` (C++ `planner_file.hpp` says what is in
+        it). C++ `load_planner` reads it; on the same measurements its plans are these, bit by bit.
+
+        The planner is saved as it was built, before its first plan, with its ditches, policies and
+        parameters.
+
+        Returns:
+            The folder.
+
+        Raises:
+            LoweringError: it is a file or holds other things, or cannot be written.
+        """
+        path = self.lowered.save(folder)
+        policies = {name: core_policy(policy) for name, policy in self.sqp.policies.items()}
+        try:
+            _core.save_planner(self._core, policies, str(path))
+        except RuntimeError as error:
+            raise LoweringError(str(error)) from error
+        return path
 
     def solve(self, time: float, state: TeamState, command: Velocity) -> TeamPlan:
         """Plans from a measured state.
@@ -222,14 +243,10 @@ class Planner:
         Raises:
             ProblemError: time goes back, or a measured value is not finite.
         """
-        task = self._set_up(time, state, command)
-        measured, guess = self._knot(state), task.guess
-        if self.candidates is None:
-            return self._answer(task, self.sqp.solve(self._around(guess), measured, guess))
-        at_most = len(self.candidates.solvers)
-        guesses = self._start_from.choices(task.now, guess, at_most)
-        around = [self._around(start) for start in guesses]
-        return self._answer(task, self.candidates.solve(around, measured, guesses).plan)
+        self._check_time(time)
+        self._is_prepared = False
+        self._core.solve(time, *self._given(state, command))
+        return self._answer()
 
     def prepare(self, time: float, predicted: TeamState, command: Velocity) -> bool:
         """First phase of a plan: all that needs no measurement (Diehl et al. 2005).
@@ -242,10 +259,10 @@ class Planner:
         """
         if self.candidates is not None:
             raise ProblemError("a planner with candidates has no two phases; use solve")
-        task = self._set_up(time, predicted, command)
-        around = self._around(task.guess)
-        is_ready = self.sqp.prepare(around, self._knot(predicted), task.guess)
-        self._prepared = replace(task, is_ready=is_ready)
+        self._check_time(time)
+        self._is_prepared = False
+        is_ready = self._core.prepare(time, *self._given(predicted, command))
+        self._is_prepared = True
         return is_ready
 
     def feedback(self, state: TeamState) -> TeamPlan:
@@ -253,14 +270,11 @@ class Planner:
 
         `solve_ms` is this phase's time. Raises ProblemError when nothing was prepared.
         """
-        task, self._prepared = self._prepared, None
-        if task is None:
+        if not self._is_prepared:
             raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
-        task, measured = replace(task, started=clock.perf_counter()), self._knot(state)
-        if task.is_ready:
-            return self._answer(task, self.sqp.feedback(measured))
-        around = self._around(task.guess)
-        return self._answer(task, self.sqp.solve(around, measured, task.guess))
+        self._is_prepared = False
+        self._core.feedback(*_arrays(state))
+        return self._answer()
 
     def settle(
         self, time: float, state: TeamState, command: Velocity, at_most: int = 30
@@ -276,97 +290,35 @@ class Planner:
                 break
         return plan
 
-    def _set_up(self, time: float, state: TeamState, command: Velocity) -> _Task:
-        """References, contacts and guess for a solve at `time`; the parameters are written."""
-        started = clock.perf_counter()
-        self._advance_reference(time, command)
-        references = self._references(time, state, command)
-        contacts, before = self._contacts(time)
-        set_references(self.params, self.team, references)
-        set_contacts(self.params, self.team, contacts, before)
-        now = Instant(time, references, contacts, before, state.feet)
-        self._give_up_on_last(time)
-        guess = self._start_from.guess(now, self._last, time - self._planned_at)
-        return _Task(now, guess, started)
+    def _given(self, state: TeamState, command: Velocity) -> tuple[Any, ...]:
+        """A state and a command as the engine takes them."""
+        return (*_arrays(state), command.core)
 
-    def _knot(self, state: TeamState) -> NamedArray:
-        """The measured knot."""
-        knot = self.lowered.knot()
-        knot.values[self.columns.bodies] = state.bodies
-        knot.values[self.columns.feet] = state.feet
-        return knot
-
-    def _answer(self, task: _Task, plan: Plan) -> TeamPlan:
-        """The plan with what it was for; the next one starts from it."""
-        solve_ms = 1e3 * (clock.perf_counter() - task.started)
-        if not plan.is_usable and self._failures == 0:
+    def _answer(self) -> TeamPlan:
+        """The engine's last plan, with what it was for."""
+        core = self._core
+        solver = self._solvers[core.chosen]
+        predicted = core.predicted if core.has_fed_back else None
+        plan = solver.answered(core.measured, core.guess, predicted)
+        if core.failures == 1:
             self.failed_plan = plan
-        self._failures = 0 if plan.is_usable else self._failures + 1
-        now, events = task.now, self._events + plan_events(plan, task.now.time)
-        self._events = ()
-        self._last = TeamPlan(
-            plan, now.references, now.contacts, solve_ms, self.columns, events, now.time
+        contacts = core.contacts
+        return TeamPlan(
+            plan,
+            References.of(*core.references),
+            contacts.reshape(len(contacts), -1, 4),
+            core.solve_ms,
+            self.columns,
+            events_of(core.events),
+            core.time,
         )
-        self._planned_at = task.now.time
-        return self._last
 
-    def _advance_reference(self, time: float, command: Velocity) -> None:
-        """Moves the payload's reference on by the time since the last call."""
-        time = checks.finite("time", time)
-        if self._time is None:
-            self._start = self._time = time
-        if time < self._time:
+    def _check_time(self, time: float) -> None:
+        checks.finite("time", time)
+        if self._time is not None and time < self._time:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
-        self.reference = self.reference_at(time)
-        self._time, self._command = time, command
+        self._time = time
 
-    def _contacts(self, time: float) -> tuple[np.ndarray, np.ndarray]:
-        """Flags at the knots [N+1, R, 4], and just before `time` [R, 4].
 
-        A foot that stood before and stands now stays where it was measured; so does, at the start,
-        every foot that stands.
-        """
-        just_before = max(time - 1e-3 * self.dt, self._start)
-        knots = time + self.dt * np.arange(self.horizon + 1)
-        flags = self.contacts(np.append(just_before, knots))
-        return flags[1:], flags[0]
-
-    def _references(self, time: float, state: TeamState, command: Velocity) -> References:
-        """The reference motion over the horizon."""
-        references = make_references(
-            self.team,
-            self.terrain,
-            self.reference,
-            command,
-            self.horizon,
-            self.dt,
-            self._robot_references,
-        )
-        if self.footholds == "raibert":
-            times = time + self.dt * np.arange(self.horizon + 1)
-            return with_raibert_footholds(
-                references, self.team, self.terrain, times, self.clocks, state.bodies[1:]
-            )
-        return references
-
-    def _give_up_on_last(self, time: float) -> None:
-        """Forgets the last plan when too many solves in a row have failed to improve on it."""
-        if self._last is None or self._failures < self.restart_after:
-            return
-        reason = f"solves in a row without a usable plan: {self._failures}"
-        self._last, self._failures = None, 0
-        self._events += (Event(time, EventKind.RESTART, reason),)
-
-    def _stance(self, time: float) -> np.ndarray:
-        """How long each foot stands, s, [R, 4]; 0 if its reference footholds look ahead."""
-        if self.footholds == "raibert":
-            return np.zeros((len(self.clocks), 4))
-        return np.array([clock.gait(time).stance for clock in self.clocks])
-
-    def _around(self, guess: NamedArray) -> NamedArray:
-        """The parameters, with those of the ground around the guess' feet."""
-        if not self._surroundings:
-            return self.params
-        params = self.params.copy()
-        self._surroundings.fill(params, self.terrain.around(guess.values[:, self.columns.feet]))
-        return params
+def _arrays(state: TeamState) -> tuple[np.ndarray, np.ndarray]:
+    return np.asarray(state.bodies, dtype=float), np.reshape(state.feet, (-1, 3)).astype(float)

@@ -6,66 +6,51 @@ of all feet; what the ground is like around its footholds follows from it.
 
 from __future__ import annotations
 
-import heapq
-from collections.abc import Callable, Iterator
-from itertools import islice
+from collections.abc import Sequence
 
 import numpy as np
 
-from palanquin.problems.clm.landing import landings
-
-Options = Callable[[np.ndarray], np.ndarray]
-"""Footholds [n, 3] to choose from, given the wanted one [3] in the world, m; the best first."""
+from palanquin import _core
+from palanquin.problems.terrains import Terrain
 
 
 def foothold_starts(
     wanted: np.ndarray,
     contacts: np.ndarray,
     before: np.ndarray,
-    options: Options,
+    terrain: Terrain,
+    ditches: np.ndarray,
     at_most: int,
 ) -> list[np.ndarray]:
     """Wanted foot positions with other choices of footholds, at most so many.
 
-    Each takes every landing foot to one of its options. They come in the order of the sum of
-    squared distances from the wanted footholds.
+    Each takes every landing foot to one of the places that the terrain offers, or to one of the two
+    ways out of a ditch. They come in the order of the sum of squared distances from the wanted
+    footholds.
 
     Args:
         wanted: positions in the world, m, [N+1, R, 4, 3].
         contacts: flags [N+1, R, 4].
         before: feet that stand when the horizon begins, [R, 4].
-        options: of a foothold.
+        terrain: the ground.
+        ditches: lines (a, b, c, d) on it, [n, 4], m.
         at_most: number of starts, at least 1.
     """
-    touchdowns = [tuple(at) for at in np.argwhere(landings(contacts, before))]
-    choices = [options(wanted[at]) for at in touchdowns]
-    costs = [
-        ((choice - wanted[at]) ** 2).sum(axis=-1)
-        for at, choice in zip(touchdowns, choices, strict=True)
-    ]
-    starts = []
-    for picked in islice(cheapest_combinations(costs), at_most):
-        start = np.array(wanted)
-        for at, choice, index in zip(touchdowns, choices, picked, strict=True):
-            start[at] = choice[index]
-        starts.append(start)
-    return starts
+    n = len(wanted)
+    flags, standing = (np.asarray(a, dtype=bool) for a in (contacts, before))
+    starts = _core.foothold_starts(
+        wanted.reshape(n, -1),
+        flags.reshape(n, -1),
+        standing.reshape(1, -1),
+        _core.StandingGround(terrain.core, ditches),
+        at_most,
+    )
+    return [start.reshape(wanted.shape) for start in starts]
 
 
-def cheapest_combinations(costs: list[np.ndarray]) -> Iterator[tuple[int, ...]]:
-    """One index into each of `costs` ([n_i], n_i >= 1), in the order of the sum of what they cost.
-
-    Combinations grow from the cheapest one as a tree: each raises, in its own sorted order, one
-    position at or after the one that its parent raised, so none comes twice.
+def cheapest_combinations(costs: Sequence[np.ndarray], at_most: int) -> list[tuple[int, ...]]:
+    """One index into each of `costs` ([n_i], 1 <= n_i <= 12), in the order of the sum of what they
+    cost; at most so many, none twice.
     """
-    orders = [np.argsort(cost, kind="stable") for cost in costs]
-    steps = [np.sort(cost) - np.min(cost) for cost in costs]
-    heap: list[tuple[float, tuple[int, ...], int]] = [(0.0, (0,) * len(costs), 0)]
-    while heap:
-        total, ranks, first = heapq.heappop(heap)
-        yield tuple(int(order[rank]) for order, rank in zip(orders, ranks, strict=True))
-        for i in range(first, len(costs)):
-            if ranks[i] + 1 < len(costs[i]):
-                raised = (*ranks[:i], ranks[i] + 1, *ranks[i + 1 :])
-                more = steps[i][ranks[i] + 1] - steps[i][ranks[i]]
-                heapq.heappush(heap, (total + more, raised, i))
+    found = _core.cheapest_combinations([list(cost) for cost in costs], at_most)
+    return [tuple(picked) for picked in found]

@@ -7,11 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
+from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.formation import Formation
 from palanquin.problems.gaits import Gait, trot
+from palanquin.problems.mirrored import Mirrored
 from palanquin.problems.modules.grasp import Hand
 from palanquin.problems.robots import LAIKAGO, SingleRigidBody
 
@@ -65,7 +67,7 @@ class Carrier:
 
 
 @dataclass(frozen=True)
-class Team:
+class Team(Mirrored):
     """A payload and its carriers, at least one; their order is the order of all arrays."""
 
     payload: Payload
@@ -127,6 +129,24 @@ class Team:
             for hand in hands
         )
         return Team(payload, carriers)
+
+    @cached_property
+    def core(self) -> _core.Team:
+        """As the engine has it."""
+        carriers = [
+            _core.Carrier(
+                carrier.name,
+                np.array(carrier.attach, dtype=float),
+                np.array(carrier.model.hand, dtype=float),
+                np.array(carrier.model.hips, dtype=float),
+                carrier.yaw,
+                carrier.model.mass,
+                carrier.model.standing_height,
+                carrier.gait.core,
+            )
+            for carrier in self.carriers
+        ]
+        return _core.Team(self.payload.mass, self.payload.height, carriers)
 
     @cached_property
     def formation(self) -> Formation:

@@ -7,5 +7,7 @@ namespace palanquin {
 void bind_core(nanobind::module_& m);
 void bind_solvers(nanobind::module_& m);
 void bind_stage_qp(nanobind::module_& m);
+void bind_grounds(nanobind::module_& m);
+void bind_planning(nanobind::module_& m);
 
 }  // namespace palanquin

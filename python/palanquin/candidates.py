@@ -6,25 +6,19 @@ start put it. At a fraction of a millisecond a solve, trying a few starts costs 
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.lowered import Lowered
 from palanquin.named_array import NamedArray
 from palanquin.plan import Plan, Sqp
 from palanquin.policies import Policy
-
-# Cost per unit of the largest equality residual, for comparing plans after few iterations. It must
-# not outweigh what choices differ in: with 1e3 a shifted plan, whose residuals are small, was kept
-# until it had walked into a dead end, and of four courses of ditches none was crossed.
-_RESIDUAL_WEIGHT = 10.0
 
 
 @dataclass(frozen=True)
@@ -66,15 +60,10 @@ class Candidates:
                 raise ProblemError(f"candidates: {name} is {value}; at least 1 is needed")
         self.solvers = [Sqp(lowered, horizon=horizon, **options) for _ in range(at_most)]
         self._threads = threads
-        self._pool: ThreadPoolExecutor | None = None
-        self._process = 0  # that the pool's threads belong to
 
-    def _running_pool(self) -> ThreadPoolExecutor:
-        """The threads; a process that was forked off has none of its parent's."""
-        if self._pool is None or self._process != os.getpid():
-            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix="candidate")
-            self._process = os.getpid()
-        return self._pool
+    @cached_property
+    def _core(self) -> _core.Candidates:
+        return _core.Candidates([solver._core for solver in self.solvers], self._threads)
 
     def set_policy(self, family: str, policy: Policy) -> None:
         """As `Sqp.set_policy`, for all solvers."""
@@ -110,21 +99,13 @@ class Candidates:
             raise ProblemError(
                 f"candidates: {len(parameters)} sets of parameters for {len(guesses)} guesses"
             )
-        pool = self._running_pool()
         jobs = [
-            pool.submit(solver.solve, values, measured, guess)
+            solver._inputs(values, measured, guess)
             for solver, values, guess in zip(self.solvers, parameters, guesses, strict=False)
         ]
-        try:
-            plans = tuple(job.result() for job in jobs)
-        finally:  # a solve that went on would meet the next call
-            for job in jobs:
-                job.cancel()
-            wait(jobs)
-        index = min(range(len(plans)), key=lambda i: _rank(plans[i]))
+        index = self._core.solve([p for p, _, _ in jobs], jobs[0][1], [g for _, _, g in jobs])
+        plans = tuple(
+            solver.answered(z, start)
+            for solver, (_, z, start) in zip(self.solvers, jobs, strict=False)
+        )
         return Choice(plans[index], index, plans)
-
-
-def _rank(plan: Plan) -> tuple[bool, float]:
-    merit = plan.cost + _RESIDUAL_WEIGHT * plan.equality_violation
-    return (not plan.is_usable, merit if math.isfinite(merit) else math.inf)

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from palanquin import _core
+
 if TYPE_CHECKING:
     from palanquin.plan import Plan
 
@@ -45,35 +47,21 @@ class Event:
     reason: str
 
 
-_KIND_OF_STEP = {
-    "damped": EventKind.DAMPED_STEP,
-    "regularized": EventKind.REGULARIZED_STEP,
-    "restored": EventKind.RESTORED_STEP,
-    "rejected": EventKind.KEPT_PLAN,
-}
+def events_of(parts: Iterable[tuple[float, str, str]]) -> tuple[Event, ...]:
+    """Events as the engine tells them: time, kind, reason."""
+    return tuple(Event(time, EventKind(kind), reason) for time, kind, reason in parts)
 
 
 def plan_events(plan: Plan, time: float) -> tuple[Event, ...]:
     """What happened in a solve, in its order."""
-    events = []
-    for number, record in enumerate(plan.iterations, start=1):
-        if record.refused_cycle:
-            reason = f"iteration {number} would have led back to iteration {number - 2}"
-            events.append(Event(time, EventKind.REFUSED_CYCLE, reason))
-        if record.fell_back:
-            reason = f"iteration {number}: the QP was {record.qp_status}"
-            events.append(Event(time, EventKind.SURE_METHOD, reason))
-        if kind := _KIND_OF_STEP.get(record.step):
-            kept = kind is EventKind.KEPT_PLAN
-            step = f"iteration {number}: step length {record.step_length:.3g}"
-            if record.damping > 0:
-                step += f", damping {record.damping:.2g}"
-            if record.convexified:
-                step += ", Hessians mirrored"
-            events.append(Event(time, kind, plan.message if kept else step))
-    if not plan.is_usable and not any(event.kind is EventKind.KEPT_PLAN for event in events):
-        events.append(Event(time, EventKind.KEPT_PLAN, plan.message))
-    return tuple(events)
+    steps = [
+        (
+            r.step, r.step_length, r.damping, r.convexified, r.refused_cycle,
+            r.qp_status if r.fell_back else "",
+        )
+        for r in plan.iterations
+    ]  # fmt: skip
+    return events_of(_core.plan_events(steps, plan.is_usable, plan.message, time))
 
 
 def count_events(events: Iterable[Event]) -> dict[str, int]:

@@ -70,6 +70,10 @@ class NamedArray:
         """An independent copy."""
         return NamedArray(self._what, self.values.copy(), self._columns)
 
+    def over(self, values: NDArray[np.float64]) -> NamedArray:
+        """The same names over another array of this shape, which it writes to."""
+        return NamedArray(self._what, values, self._columns)
+
     def _find(self, name: str) -> tuple[slice, tuple[int, ...]]:
         try:
             return self._columns[name]

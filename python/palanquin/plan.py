@@ -432,6 +432,26 @@ class Sqp(_Solver[_core.SqpSettings]):
         timings_ms = {**_phases(found), "feedback": found.feedback_ms}
         return self._plan(found, timings_ms, self._instance(p, z, start, predicted))
 
+    def answered(
+        self,
+        measured: NDArray[np.float64],
+        guess: NDArray[np.float64],
+        predicted: NDArray[np.float64] | None = None,
+    ) -> Plan:
+        """The last solve as a plan where the engine itself has asked for it; see `solve`.
+
+        Args:
+            measured: knot vector [nz] that it started from.
+            guess: trajectory [N + 1, nz] that it started with.
+            predicted: knot vector [nz] that it was prepared with, of a solve in two phases.
+        """
+        found = self._core.plan()
+        timings_ms = _phases(found)
+        if predicted is not None:
+            timings_ms["feedback"] = found.feedback_ms
+        instance = self._instance(found.parameters, measured, guess, predicted)
+        return self._plan(found, timings_ms, instance)
+
     def feedback_gain(self) -> NDArray[np.float64]:
         """dz_0/dx_0 of the last solution [ndz, ndx], in the tangent space: how the first knot's
         free blocks answer to a change of the measured states. Empty unless qp is "structured".

@@ -29,7 +29,7 @@ def payload_route(scenario: Scenario) -> NDArray[np.float64]:
     poses = [pose]
     for time in times[:-1]:
         velocity = command.velocity(float(time), pose, step)
-        pose = payload_path(ground, pose, velocity, 1, step).pose[1]
+        pose = payload_path(ground, pose, velocity, 1, step)[1]
         poses.append(pose)
     return np.array(poses)
 

@@ -13,7 +13,7 @@ from support.strict_json import strict_json
 from typer.testing import CliRunner
 
 from palanquin.benchmarks.measurement import Measurement
-from palanquin.benchmarks.replay import RecordingSqp, Replay
+from palanquin.benchmarks.replay import Replay
 from palanquin.benchmarks.rows import make_row, quantiles
 from palanquin.benchmarks.runs import Step
 from palanquin.benchmarks.tables import (
@@ -308,13 +308,11 @@ def test_variants_have_keys_of_their_own():
 
 def test_a_replay_takes_the_steps_of_the_loop_again():
     planner = make_planner(Task(robots=1, horizon=3), max_iterations=1)
-    planner.sqp = recorder = RecordingSqp(planner.lowered, max_iterations=1)
-    replay = Replay(recorder, {"max_iterations": 1})
+    replay = Replay(planner.lowered, {"max_iterations": 1})
     loop = ClosedLoop(planner, np.random.default_rng(1))
-    recorder.inputs.clear()
-    while len(recorder.inputs) < Replay.EVERY:
-        assert replay.measure() == ()
-        plan, _ = loop.tick()
-    assert len(replay.measure()) == Replay.EVERY
-    np.testing.assert_allclose(replay._sqp.latest, plan.plan.xs, atol=1e-6)
-    assert recorder.inputs == []
+    for _ in range(Replay.EVERY - 1):
+        assert replay.measure(loop.tick()[0].plan) == ()
+    plan = loop.tick()[0].plan
+    assert len(replay.measure(plan)) == Replay.EVERY
+    np.testing.assert_allclose(replay._sqp.latest, plan.xs, atol=1e-6)
+    assert replay.measure(plan) == ()

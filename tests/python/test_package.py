@@ -11,18 +11,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.programs import run
 
 import palanquin as pq
 
 ROOT = Path(__file__).resolve().parents[2]
 INSTALLED = Path(sysconfig.get_path("platlib")) / "palanquin"
-
-
-def run(*command: str | Path, **options) -> str:
-    """Run a command and return what it prints; fail with all of its output."""
-    result = subprocess.run(command, capture_output=True, text=True, check=False, **options)
-    assert result.returncode == 0, result.stdout + result.stderr
-    return result.stdout
 
 
 def test_import_needs_no_simulator():
@@ -50,17 +44,6 @@ def test_build_and_run_time_pins_agree():
         (pin,) = [r for r in project["build-system"]["requires"] if r.startswith(f"{name}==")]
         assert pin in dependencies
         assert pin == f"{name}=={importlib.metadata.version(name)}"
-
-
-@pytest.fixture(scope="module")
-def consumer(tmp_path_factory) -> Path:
-    """The executable of the CMake project in consumer/, built against the installed package."""
-    build = tmp_path_factory.mktemp("consumer")
-    tools = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
-    source = Path(__file__).with_name("consumer")
-    run("cmake", "-S", source, "-B", build, f"-Dpalanquin_ROOT={INSTALLED}", env=tools)
-    run("cmake", "--build", build, env=tools)
-    return build / "consumer"
 
 
 def cart(policy):

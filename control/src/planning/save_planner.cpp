@@ -1,0 +1,83 @@
+#include <fstream>
+#include <stdexcept>
+
+#include "palanquin/control/planning/planner_file.hpp"
+#include "palanquin/control/planning/sqp_settings_text.hpp"
+
+namespace palanquin::planning {
+
+namespace {
+
+using palanquin::to_text;
+
+template <typename Numbers>
+std::string words(const Numbers& numbers) {
+  std::string text;
+  for (const double number : numbers) text += ' ' + to_text(number);
+  return text;
+}
+
+std::string rules(const TeamPlanner& planner) {
+  const PlannerSettings& s = planner.settings();
+  const char* footholds = s.footholds == FootholdRule::Hips ? " hips" : " raibert";
+  const char* references = s.references == RobotReferences::Rigid ? " rigid " : " ground ";
+  return std::string("rules") + footholds + references + std::to_string(s.restart_after) + ' ' +
+         std::to_string(planner.candidates()) + ' ' + std::to_string(s.threads) + '\n';
+}
+
+std::string robot(const Carrier& c) {
+  std::string text = "robot " + c.name + ' ' + to_text(c.mass) + ' ' + to_text(c.standing_height) +
+                     ' ' + to_text(c.yaw) + "\ngrasp" + words(c.attach) + words(c.hand) + "\nhips";
+  for (const Vector3& hip : c.hips) text += words(hip);
+  std::string name = c.gait.name.empty() ? "gait" : c.gait.name;
+  for (char& letter : name)
+    if (letter == ' ') letter = '_';
+  return text + "\ngait " + name + ' ' + to_text(c.gait.period) + words(c.gait.duty) +
+         words(c.gait.offset) + '\n';
+}
+
+std::string policy(const std::string& family, const Policy& p) {
+  constexpr const char* kKinds[] = {" hard ", " c2_penalty ", " squared_hinge ",
+                                    " relaxed_barrier "};
+  return "policy " + family + kKinds[static_cast<int>(p.kind)] + to_text(p.stiffness) + ' ' +
+         to_text(p.smoothing) + '\n';
+}
+
+/// Parameters that plans do not write and that are not at their defaults at every knot.
+std::string parameters(const TeamPlanner& planner) {
+  std::string text;
+  const RowMatrix& values = planner.parameters();
+  const RowMatrix defaults = default_parameters(planner.problem(), planner.horizon());
+  for (const ParameterInfo& p : planner.problem().parameters()) {
+    if (planner.slots().is_written(p.offset)) continue;
+    const RowMatrix own = values.middleCols(p.offset, p.size);
+    if (own == defaults.middleCols(p.offset, p.size)) continue;
+    text += "parameter " + p.name + words(own.reshaped<Eigen::RowMajor>()) + '\n';
+  }
+  return text;
+}
+
+}  // namespace
+
+void save_planner(const TeamPlanner& planner, const std::map<std::string, Policy>& policies,
+                  const std::string& folder) {
+  std::string text = "planner 1\nhorizon " + std::to_string(planner.horizon()) + '\n';
+  text += rules(planner);
+  const Team& team = planner.team();
+  text += "payload " + to_text(team.payload.mass) + ' ' + to_text(team.payload.height) + '\n';
+  for (const Carrier& carrier : team.carriers) text += robot(carrier);
+  planner.ground().terrain().write(text, folder);
+  const RowMatrix& ditches = planner.ground().ditches().lines();
+  for (Eigen::Index i = 0; i < ditches.rows(); ++i) text += "ditch" + words(ditches.row(i)) + '\n';
+  text += planning::to_text(planner.solver().settings());
+  for (const auto& [family, p] : policies) text += policy(family, p);
+  text += parameters(planner);
+
+  const std::string path = folder + "/planner";
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error("cannot write '" + path + "'");
+}
+
+}  // namespace palanquin::planning

@@ -1,0 +1,157 @@
+#include "palanquin/control/planning/team_slots.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace palanquin::planning {
+
+namespace {
+constexpr const char* kFootNames[kFeet] = {"LF", "RF", "LH", "RH"};
+constexpr const char* kParts[4] = {"position", "orientation", "velocity", "angular_velocity"};
+constexpr int kPartOffsets[4] = {0, 3, 7, 10};  // in a body's state
+constexpr int kPartSizes[4] = {3, 4, 3, 3};
+
+const ParameterInfo* find(const LoweredProblem& problem, const std::string& name) {
+  for (const ParameterInfo& p : problem.parameters())
+    if (p.name == name) return &p;
+  return nullptr;
+}
+
+int parameter(const LoweredProblem& problem, const std::string& name, int size) {
+  const ParameterInfo* p = find(problem, name);
+  if (p == nullptr || p->size != size)
+    throw std::invalid_argument("problem '" + problem.name() + "' has no parameter '" + name +
+                                "' of " + std::to_string(size) + " numbers");
+  return p->offset;
+}
+
+int block(const LoweredProblem& problem, const std::string& name, int size) {
+  const BlockInfo& b = problem.block(name);
+  if (b.size != size)
+    throw std::invalid_argument("block '" + name + "' has " + std::to_string(b.size) +
+                                " numbers; " + std::to_string(size) + " are needed");
+  return b.offset;
+}
+}  // namespace
+
+TeamSlots::TeamSlots(const LoweredProblem& problem, const Team& team, const Terrain& terrain) {
+  std::vector<std::string> names = {"payload"};
+  for (const Carrier& carrier : team.carriers) names.push_back(carrier.name);
+  for (const std::string& body : names) {
+    Parts z, p;
+    for (int i = 0; i < 4; ++i) {
+      z[i] = block(problem, body + "." + kParts[i], kPartSizes[i]);
+      p[i] = parameter(problem, body + ".reference." + kParts[i], kPartSizes[i]);
+    }
+    bodies.push_back(z);
+    references_.push_back(p);
+    external_.push_back({parameter(problem, body + ".external_force", 3),
+                         parameter(problem, body + ".external_torque", 3)});
+  }
+  const std::vector<LocalParameter> local = terrain.local_parameters();
+  for (const LocalParameter& l : local) ground_size_ += l.size;
+  for (const Carrier& carrier : team.carriers) {
+    const std::string& robot = carrier.name;
+    hands.push_back(
+        {block(problem, robot + ".hand.force", 3), block(problem, robot + ".hand.torque", 3)});
+    footholds_.push_back(parameter(problem, robot + ".reference.footholds", 3 * kFeet));
+    contacts_.push_back(parameter(problem, robot + ".contact", kFeet));
+    previous_.push_back(parameter(problem, robot + ".previous_contact", kFeet));
+    for (const char* limb : kFootNames) {
+      const std::string foot = robot + "." + limb;
+      feet.push_back(block(problem, foot + ".foot", 3));
+      forces.push_back(block(problem, foot + ".force", 3));
+      if (local.empty()) continue;
+      ground_.emplace_back();
+      for (const LocalParameter& l : local)
+        ground_.back().emplace_back(parameter(problem, foot + ".ground." + l.name, l.size), l.size);
+    }
+  }
+  spacing_ = parameter(problem, "dt", 1);
+  if (const ParameterInfo* p = find(problem, "ditches")) {
+    ditches_ = p->offset;
+    most_ditches_ = p->size / 4;
+  }
+  values_.resize(static_cast<std::size_t>(ground_size_));
+}
+
+bool TeamSlots::is_written(int offset) const {
+  const auto has = [offset](const auto& offsets) {
+    return std::find(offsets.begin(), offsets.end(), offset) != offsets.end();
+  };
+  const auto is_ground = [offset](const auto& foot) {
+    return std::any_of(foot.begin(), foot.end(), [&](const auto& p) { return p.first == offset; });
+  };
+  return offset == ditches_ || has(footholds_) || has(contacts_) || has(previous_) ||
+         std::any_of(references_.begin(), references_.end(), has) ||
+         std::any_of(external_.begin(), external_.end(), has) ||
+         std::any_of(ground_.begin(), ground_.end(), is_ground);
+}
+
+void TeamSlots::read_bodies(const double* z, double* states) const {
+  for (const Parts& parts : bodies) {
+    for (int i = 0; i < 4; ++i) std::copy_n(z + parts[i], kPartSizes[i], states + kPartOffsets[i]);
+    states += kState;
+  }
+}
+
+void TeamSlots::write_bodies(const double* states, double* z) const {
+  for (const Parts& parts : bodies) {
+    for (int i = 0; i < 4; ++i) std::copy_n(states + kPartOffsets[i], kPartSizes[i], z + parts[i]);
+    states += kState;
+  }
+}
+
+void TeamSlots::write_measured(const TeamState& state, double* z) const {
+  write_bodies(state.bodies.data(), z);
+  for (std::size_t i = 0; i < feet.size(); ++i)
+    std::copy_n(&state.feet(static_cast<Eigen::Index>(i), 0), 3, z + feet[i]);
+}
+
+void TeamSlots::write_instant(const Instant& now, RowMatrix& parameters) const {
+  for (Eigen::Index k = 0; k < parameters.rows(); ++k) {
+    double* p = &parameters(k, 0);
+    const double* state = &now.references.bodies(k, 0);
+    for (const Parts& parts : references_) {
+      for (int i = 0; i < 4; ++i) std::copy_n(state + kPartOffsets[i], kPartSizes[i], p + parts[i]);
+      state += kState;
+    }
+    const auto before = k == 0 ? now.before.row(0) : now.contacts.row(k - 1);
+    for (std::size_t r = 0; r < footholds_.size(); ++r) {
+      const auto first = static_cast<Eigen::Index>(kFeet * r);
+      std::copy_n(&now.references.footholds(k, 3 * first), 3 * kFeet, p + footholds_[r]);
+      for (int f = 0; f < kFeet; ++f) {
+        p[contacts_[r] + f] = now.contacts(k, first + f) ? 1.0 : 0.0;
+        p[previous_[r] + f] = before[first + f] ? 1.0 : 0.0;
+      }
+    }
+  }
+}
+
+void TeamSlots::write_ground(const Terrain& terrain, const RowMatrix& guess,
+                             RowMatrix& parameters) const {
+  for (Eigen::Index k = 0; k < parameters.rows(); ++k)
+    for (std::size_t i = 0; i < ground_.size(); ++i) {
+      terrain.around(Eigen::Map<const Vector3>(&guess(k, feet[i])), values_.data());
+      const double* from = values_.data();
+      for (const auto& [offset, size] : ground_[i]) {
+        std::copy_n(from, size, &parameters(k, offset));
+        from += size;
+      }
+    }
+}
+
+void TeamSlots::write_wrenches(MatrixView wrenches, RowMatrix& parameters) const {
+  const auto bodies_count = static_cast<Eigen::Index>(bodies.size());
+  if (wrenches.rows() != parameters.rows() || wrenches.cols() != 6 * bodies_count)
+    throw std::invalid_argument("wrenches are [" + std::to_string(wrenches.rows()) + ", " +
+                                std::to_string(wrenches.cols()) + "]; [" +
+                                std::to_string(parameters.rows()) + ", " +
+                                std::to_string(6 * bodies_count) + "] are needed");
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    for (std::size_t part = 0; part < 2; ++part)
+      parameters.middleCols<3>(external_[b][part]) =
+          wrenches.middleCols<3>(static_cast<Eigen::Index>(6 * b + 3 * part));
+}
+
+}  // namespace palanquin::planning

@@ -1,0 +1,124 @@
+// A team's planner in closed loop with its nominal model: no allocation, restarts, ditches.
+#include "palanquin/control/planning/team_planner.hpp"
+
+#include <gtest/gtest.h>
+
+#include "nominal_loop.hpp"
+#include "support/allocation_counter.hpp"
+#include "support/saved_planner.hpp"
+
+namespace palanquin::planning {
+namespace {
+
+using TeamPlannerTest = palanquin::testing::OnSavedPlanners;
+constexpr Velocity kCommand{0.4, 0.0, 0.0};
+
+/// Runs for so many periods of 1/90 s; returns the allocations of those plans whose knots have the
+/// contacts, and so the dimensions, of the last plan's, which most have.
+long allocations_of(TeamPlanner& planner, NominalLoop& loop, int ticks) {
+  long count = 0;
+  int compared = 0;
+  for (int n = 0; n < ticks; ++n) {
+    const Flags contacts = planner.instant().contacts, before = planner.instant().before;
+    const long allocations = palanquin::testing::allocations_during(
+        [&] { planner.solve(loop.time(), loop.state(), kCommand); });
+    EXPECT_TRUE(planner.has_usable_plan()) << loop.time() << ": " << planner.solver().message();
+    if (contacts == planner.instant().contacts && before == planner.instant().before) {
+      count += allocations;
+      ++compared;
+    }
+    loop.advance(1.0 / 90.0);
+  }
+  EXPECT_GT(compared, ticks / 3);
+  return count;
+}
+
+TEST_F(TeamPlannerTest, PlansWithoutAllocation) {
+  for (const char* name : {"planner", "planner-candidates"}) {
+    const auto planner = load(name);
+    NominalLoop loop(*planner);
+    planner->settle(0.0, loop.state(), kCommand);
+    allocations_of(*planner, loop, 90);  // more than a cycle of the gait: all knots were seen
+    EXPECT_EQ(allocations_of(*planner, loop, 90), 0) << name;
+    EXPECT_GT(loop.state().bodies(0, 0), 0.7);
+  }
+}
+
+TEST_F(TeamPlannerTest, NoFootStepsIntoADitch) {
+  const auto planner = load("planner-candidates");
+  NominalLoop loop(*planner);
+  planner->settle(0.0, loop.state(), kCommand);
+  double deepest = 0.0;
+  for (int n = 0; n < 4 * 90; ++n) {
+    planner->solve(loop.time(), loop.state(), kCommand);
+    loop.advance(1.0 / 90.0);
+    for (int i = 0; i < planner->team().feet(); ++i)
+      if (planner->instant().contacts(0, i))
+        deepest = std::max(deepest,
+                           planner->ground().ditches().deepest(loop.state().feet.row(i).head<2>()));
+  }
+  EXPECT_LT(deepest, 0.005);
+  EXPECT_GT(loop.state().bodies(0, 0), 1.4);
+}
+
+TEST_F(TeamPlannerTest, FailuresKeepThePlanAndEndWithARestart) {
+  const auto planner = load("planner");
+  const TeamState state = planner->nominal_state({});
+  planner->settle(0.0, state, kCommand);
+  TeamState lost = state;
+  lost.bodies(1, 0) = 1e200;
+  planner->solve(0.01, lost, kCommand);
+  EXPECT_FALSE(planner->has_usable_plan());
+  ASSERT_EQ(planner->events().size(), 1u);
+  EXPECT_EQ(planner->events()[0].kind, EventKind::KeptPlan);
+  planner->solve(0.02, state, kCommand);
+  EXPECT_TRUE(planner->has_usable_plan());
+  ASSERT_FALSE(planner->events().empty());
+  EXPECT_EQ(planner->events()[0].kind, EventKind::Restart);
+  EXPECT_EQ(planner->events()[0].time, 0.02);
+}
+
+TEST_F(TeamPlannerTest, TwoPhasesAnswerTheMeasurement) {
+  const auto planner = load("planner");
+  TeamState state = planner->nominal_state({});
+  planner->settle(0.0, state, kCommand);
+  EXPECT_THROW(planner->feedback(state), std::logic_error);
+  ASSERT_TRUE(planner->prepare(0.01, state, kCommand));
+  state.bodies(1, 7) += 0.01;
+  planner->feedback(state);
+  EXPECT_TRUE(planner->has_usable_plan());
+  TeamState planned = state;
+  planner->slots().read_bodies(planner->solver().trajectory().data(), planned.bodies.data());
+  EXPECT_EQ(planned.bodies, state.bodies);
+  EXPECT_THROW(load("planner-candidates")->prepare(0.0, state, kCommand), std::logic_error);
+}
+
+TEST_F(TeamPlannerTest, RefusesWhatMakesNoSense) {
+  const auto planner = load("planner");
+  const TeamState state = planner->nominal_state({});
+  planner->solve(1.0, state, kCommand);
+  EXPECT_THROW(planner->solve(0.5, state, kCommand), std::invalid_argument);
+  EXPECT_THROW(planner->solve(std::nan(""), state, kCommand), std::invalid_argument);
+  EXPECT_THROW(planner->solve(2.0, {state.bodies.topRows(2), state.feet}, kCommand),
+               std::invalid_argument);
+  EXPECT_THROW(planner->set_ditches(RowMatrix::Ones(3, 4)), std::invalid_argument);
+  EXPECT_THROW(planner->expect_wrenches(RowMatrix::Zero(2, 18)), std::invalid_argument);
+}
+
+TEST_F(TeamPlannerTest, ARestartForgetsGaitsAndWrenches) {
+  const auto planner = load("planner"), fresh = load("planner");
+  const TeamState state = planner->nominal_state({});
+  planner->solve(0.0, state, kCommand);
+  for (int r = 0; r < planner->team().robots(); ++r)
+    planner->clock(r).change(Gait{"stand", 0.5, {1, 1, 1, 1}, {}}, 0.0, true);
+  planner->expect_wrenches(RowMatrix::Constant(planner->horizon() + 1, 18, 5.0));
+  planner->solve(0.1, state, kCommand);
+  EXPECT_TRUE(planner->instant().contacts.all());
+  planner->restart();
+  planner->solve(0.0, state, kCommand);
+  fresh->solve(0.0, state, kCommand);
+  EXPECT_EQ(planner->solver().trajectory(), fresh->solver().trajectory());
+}
+
+}  // namespace
+}  // namespace palanquin::planning
