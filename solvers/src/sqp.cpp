@@ -423,14 +423,16 @@ void Sqp::keep_iterate(IterationRecord& record) {
                                  describe_contradiction());
 }
 
-/// The worst rows of the point that violates a contradicting QP least, if the back end has one.
+/// The worst rows of the point that violates a contradicting QP least, if the back end has one; of
+/// the iterate, where that point is worse.
 std::string Sqp::describe_contradiction() {
   const StageQpSolution* nearest = qp_solver_->least_violation();
   if (nearest == nullptr) return "";
   transcription_.step(iterate_, *nearest, 1.0, trial_);
   transcription_.place_initial_state(trial_);
-  return "; " +
-         palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(), trial_);
+  const bool is_nearer =
+      transcription_.evaluate(trial_).infeasibility <= evaluation_.infeasibility;
+  return "; " + describe_worst_rows(is_nearer ? trial_ : iterate_);
 }
 
 /// Step 5, and what follows from the step for the next one.
