@@ -1,3 +1,15 @@
+# Beyond the usual: a function that overrides or hides another one by accident, numbers that lose
+# their sign or digits on the way, casts that hide it, and conditions that can't be meant.
+# -Wsign-conversion is not among them: Eigen's indices are signed, the standard library's are not.
+set(PALANQUIN_WARNINGS
+  -Wall -Wextra -Wpedantic -Wshadow
+  -Wsuggest-override -Woverloaded-virtual -Wnon-virtual-dtor
+  -Wconversion -Wno-sign-conversion -Wdouble-promotion -Wold-style-cast -Wcast-qual
+  -Wextra-semi -Wredundant-decls -Wformat=2
+  $<$<CXX_COMPILER_ID:GNU>:-Wduplicated-cond>
+  $<$<CXX_COMPILER_ID:GNU>:-Wduplicated-branches>
+  $<$<CXX_COMPILER_ID:GNU>:-Wlogical-op>)
+
 # palanquin_target(<target>): the language level and the warnings of all our own targets.
 # A compiler newer than ours may know more warnings: configure with --compile-no-warning-as-error.
 # Nothing reads errno or the processor's exception flags after arithmetic; a square root that sets
@@ -5,7 +17,7 @@
 function(palanquin_target target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wpedantic -Wshadow -fno-math-errno -fno-trapping-math)
+    ${PALANQUIN_WARNINGS} -fno-math-errno -fno-trapping-math)
   set_target_properties(${target} PROPERTIES
     CXX_EXTENSIONS OFF
     POSITION_INDEPENDENT_CODE ON
