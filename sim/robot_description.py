@@ -13,18 +13,18 @@ def describe_robot(spec: mujoco.MjSpec) -> RobotDescription:
     """Bodies, hinges and motors of the one robot in `spec`, whose first body floats.
 
     Limbs are the sites that are named as a foot, at the middle of its ball, or `hand`, in the
-    specification's order. Nothing of a scene is in it: masses may be changed afterwards to give
-    a controller a wrong model.
+    specification's order. Nothing of a scene is in it: to give a controller a wrong model, hand
+    over a changed specification.
     """
     model = spec.compile()
-    description = RobotDescription()
-    description.bodies = [_body(model, index) for index in range(1, model.nbody)]
-    description.limbs = [
-        _limb(model, index)
-        for index in range(model.nsite)
-        if model.site(index).name in (*FEET, "hand")
-    ]
-    return description
+    return RobotDescription(
+        bodies=[_body(model, index) for index in range(1, model.nbody)],
+        limbs=[
+            _limb(model, index)
+            for index in range(model.nsite)
+            if model.site(index).name in (*FEET, "hand")
+        ],
+    )
 
 
 def _body(model: mujoco.MjModel, index: int) -> BodyDescription:

@@ -32,6 +32,7 @@ std::string manifest_of(const fs::path& path, const LoweredLibrary& library) {
 LoweredProblem::LoweredProblem(const std::string& path)
     : LoweredProblem(path, LoweredLibrary(library_at(path).string())) {}
 
+// NOLINTNEXTLINE(performance-unnecessary-value-param): the next one keeps a copy anyhow
 LoweredProblem::LoweredProblem(const std::string& path, LoweredLibrary library)
     : LoweredProblem(library, parse_manifest(manifest_of(path, library), path)) {}
 

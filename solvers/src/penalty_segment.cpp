@@ -193,10 +193,10 @@ void PenaltySegment::update(PenaltyModel& model) {
   }
 }
 
-void PenaltySegment::expand_row(std::size_t k, Eigen::Index j, double h, const PenaltyValue& s,
+void PenaltySegment::expand_row(std::size_t k, Eigen::Index index, double h, const PenaltyValue& s,
                                 PenaltyModel& model) const {
-  model.curvature[k][j] = s.curvature;
-  model.slope[k][j] = s.slope - s.curvature * (h - qp_->stages[k].penalty_value[j]);
+  model.curvature[k][index] = s.curvature;
+  model.slope[k][index] = s.slope - s.curvature * (h - qp_->stages[k].penalty_value[index]);
 }
 
 }  // namespace palanquin

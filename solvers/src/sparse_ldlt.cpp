@@ -28,6 +28,7 @@ void SparseLdlt::analyse(const std::vector<Entry>& entries,
 
 void SparseLdlt::order(const std::vector<Entry>& entries, int size) {
   std::vector<Eigen::Triplet<double, int>> triplets;
+  triplets.reserve(entries.size());
   for (const Entry& e : entries)
     triplets.emplace_back(std::max(e.row, e.col), std::min(e.row, e.col), 1.0);
   Eigen::SparseMatrix<double> lower(size, size);

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <string>
+#include <thread>
 
 #include "support/allocation_counter.hpp"
 #include "support/quadruped_scene.hpp"
@@ -174,9 +177,41 @@ TEST(TeamSimulation, SaysWhichRobotTippedOver) {
 TEST(TeamSimulation, AStateThatIsNotFiniteEndsIt) {
   QuadrupedScene scene(1);
   TeamSimulation team = simulate(scene, scene.members(trotting(100)));
+  std::filesystem::remove("MUJOCO_LOG.TXT");  // of other programs
   scene.data->qvel[2] = kNaN;
   EXPECT_LE(team.run(10, targets_for(team)), 1);
   EXPECT_EQ(team.fall(), "the simulation diverged");
+  EXPECT_FALSE(std::filesystem::exists("MUJOCO_LOG.TXT"));
+}
+
+TEST(TeamSimulation, RefusesASecondThreadInWords) {
+  QuadrupedScene scene(1);
+  TeamSimulation team = simulate(scene, scene.members(trotting(100)));
+  const std::vector<RobotTarget> targets = targets_for(team);
+  const auto complaint = [](const auto& call) -> std::string {
+    try {
+      call();
+    } catch (const std::logic_error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  std::atomic<bool> is_read{false}, may_go{false};
+  std::thread reader([&] {
+    const auto use = team.read("a viewer");
+    is_read = true;
+    may_go.wait(false);
+  });
+  while (!is_read) std::this_thread::yield();
+  const std::string rule =
+      ": another thread uses this team simulation; a team simulation serves one thread at a time";
+  EXPECT_EQ(complaint([&] { team.run(1, targets); }), "run" + rule);
+  EXPECT_EQ(complaint([&] { team.observe(0); }), "observe" + rule);
+  EXPECT_EQ(complaint([&] { static_cast<void>(team.read("another viewer")); }), "accepted");
+  may_go = true;
+  may_go.notify_one();
+  reader.join();
+  EXPECT_EQ(team.run(1, targets), 1);
 }
 
 TEST(TeamSimulation, TargetsOfNoUseDoNotReachTheMotors) {

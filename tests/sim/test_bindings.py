@@ -2,6 +2,7 @@
 
 import gc
 import math
+import threading
 import weakref
 
 import numpy as np
@@ -90,6 +91,8 @@ def test_feet_are_rows_of_three(make, field):
         values = np.arange(3.0 * feet).reshape(feet, 3)
         setattr(thing, field, values)
         np.testing.assert_array_equal(getattr(thing, field), values)
+        with pytest.raises(ValueError, match="read-only"):
+            getattr(thing, field)[0] = 1.0  # it would change nothing
     for wrong in (np.zeros((4, 2)), np.zeros(12), 1.0):
         with pytest.raises(TypeError):
             setattr(thing, field, wrong)
@@ -100,6 +103,81 @@ def test_a_foot_is_one_of_the_gait(foot):
     gait = control_settings(0.6).gait
     with pytest.raises(IndexError, match=f"foot is {foot}; the gait has 4"):
         gait.stands(foot, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (_sim.GaitPattern, "duty"),
+        (_sim.GaitPattern, "offset"),
+        (_sim.TeamMember, "joints"),
+        (_sim.TeamMember, "motors"),
+        (_sim.TeamMember, "foot_geoms"),
+    ],
+)
+def test_lists_are_tuples_that_no_write_can_miss(make, field):
+    thing = make()
+    setattr(thing, field, [1, 0, 1, 0])
+    assert getattr(thing, field) == (1, 0, 1, 0)
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        getattr(thing, field)[2] = 0
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (_sim.RobotTarget, "position"),
+        (_sim.RobotState, "base_rate"),
+        (_sim.BodyDescription, "inertia"),
+        (_sim.Push, "amplitude"),
+    ],
+)
+def test_an_entry_that_is_written_is_written(make, field):
+    thing = make()
+    getattr(thing, field)[2] = 7.0
+    assert (getattr(thing, field)[2] == 7.0).all()
+    view = getattr(thing, field)
+    del thing
+    gc.collect()
+    assert (view[2] == 7.0).all()
+
+
+def test_settings_within_settings_are_written():
+    member = _sim.TeamMember()
+    member.control.gait.period = 0.7
+    member.measurement.delay = 3
+    assert (member.control.gait.period, member.measurement.delay) == (0.7, 3)
+
+
+def test_a_second_thread_is_refused_in_words():
+    team = simulation()
+    targets = standing_targets(team)
+    runner = threading.Thread(target=team.run, args=(1000, targets))
+    getters = {
+        "time": lambda: team.time,
+        "fall": lambda: team.fall,
+        "extremes": lambda: team.extremes,
+        "observe": lambda: team.observe(0),
+        "measured": lambda: team.measured(0),
+        "foot_forces": lambda: team.foot_forces(0),
+        "contacts": lambda: team.contacts(0, np.zeros(1)),
+        "output_errors": lambda: team.output_errors(0),
+        "run": lambda: team.run(0, targets),
+    }
+    refused = {}
+    runner.start()
+    while runner.is_alive() and len(refused) < len(getters):
+        for name, get in getters.items():
+            try:
+                get()
+            except RuntimeError as error:
+                refused[name] = str(error)
+    runner.join()
+    rule = "another thread uses this team simulation; a team simulation serves one thread at a time"
+    assert {name: words.rpartition(": ")[2] for name, words in refused.items()} == dict.fromkeys(
+        getters, rule
+    )
+    assert team.time > 0.0
 
 
 @pytest.mark.parametrize("robot", [-1, 2])

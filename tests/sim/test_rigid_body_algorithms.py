@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from palanquin._sim import RobotModel, RobotState
+from palanquin._sim import BodyDescription, RobotDescription, RobotModel, RobotState
 from palanquin.problems.robots import A1, LAIKAGO
 from palanquin.sim.quadruped import armed_quadruped, bare_quadruped
 from palanquin.sim.robot_description import describe_robot
@@ -107,12 +107,11 @@ def test_drifts_are_the_derivatives_of_velocities_without_acceleration(pair):
 
 
 def test_bad_robots_are_refused():
-    description = describe_robot(ROBOTS["a1"]())
-    bodies = description.bodies
-    bodies[2].parent = 7
-    description.bodies = bodies
-    with pytest.raises(ValueError, match="body 'LF_thigh': parent is 7"):
-        RobotModel(description)
+    trunk, leg = BodyDescription(), BodyDescription()
+    trunk.name, trunk.mass, trunk.inertia = "trunk", 1.0, np.eye(3)
+    leg.name, leg.parent = "leg", 7
+    with pytest.raises(ValueError, match="body 'leg': parent is 7"):
+        RobotModel(RobotDescription([trunk, leg], []))
 
 
 def test_a_state_of_another_robot_is_refused():

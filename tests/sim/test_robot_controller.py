@@ -56,10 +56,10 @@ def solve(model, load=None):
 def test_descriptions_have_four_feet_and_a_hand(model):
     armed = describe_robot(armed_quadruped(model, visual=False))
     bare = describe_robot(bare_quadruped(model))
-    assert [limb.name for limb in armed.limbs] == [*FEET, "hand"]
-    assert [limb.name for limb in bare.limbs] == list(FEET)
-    assert [limb.kind for limb in armed.limbs] == [_sim.LimbKind.FOOT] * 4 + [_sim.LimbKind.HAND]
-    assert [limb.radius for limb in armed.limbs] == [model.foot_radius] * 4 + [0.0]
+    assert [limb.name for limb in armed.limbs()] == [*FEET, "hand"]
+    assert [limb.name for limb in bare.limbs()] == list(FEET)
+    assert [limb.kind for limb in armed.limbs()] == [_sim.LimbKind.FOOT] * 4 + [_sim.LimbKind.HAND]
+    assert [limb.radius for limb in armed.limbs()] == [model.foot_radius] * 4 + [0.0]
 
 
 @models

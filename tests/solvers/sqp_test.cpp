@@ -117,7 +117,7 @@ TEST_F(SqpTest, RefusesWorkAndAnswersWhileAnotherThreadHasIt) {
 }
 
 TEST(SingleUser, NamesTheCallThatItRefuses) {
-  const SingleUser user;
+  const SingleUser user("solver");
   const auto use = user.change("solve");
   for (bool reads : {false, true}) try {
       (void)(reads ? user.read("history") : user.change("prepare"));

@@ -191,6 +191,7 @@ std::vector<int> looked_back_at(const LoweredProblem& problem, const KnotSignatu
   add_terms(problem.link_linear.result(1), columns, KnotRows(problem, knot, true).link_rows, 0,
             terms);
   std::vector<int> memory;
+  memory.reserve(terms.size());
   for (const Term& t : terms) memory.push_back(t.column);
   std::sort(memory.begin(), memory.end());
   memory.erase(std::unique(memory.begin(), memory.end()), memory.end());

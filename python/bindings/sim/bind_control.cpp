@@ -3,6 +3,9 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
+#include <utility>
+#include <vector>
+
 #include "bindings.hpp"
 #include "palanquin/control/whole_body/robot_controller.hpp"
 
@@ -13,16 +16,14 @@ namespace palanquin {
 
 namespace {
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-
 /// Columns of C++ are rows in Python.
 template <class Class, Eigen::Matrix3Xd Class::* member>
 Eigen::MatrixXd rows(const Class& object) {
   return (object.*member).transpose();
 }
-template <class Class, Eigen::Matrix3Xd Class::* member>
-void set_rows(Class& object, const Rows& values) {
-  object.*member = values.transpose();
+
+void set_hands(RobotTarget& target, std::vector<HandTarget> hands) {
+  target.hands = std::move(hands);
 }
 
 void bind_settings(nb::module_& m) {
@@ -51,11 +52,11 @@ void bind_settings(nb::module_& m) {
       .def_rw("largest_force", &WholeBodySettings::largest_force)
       .def_rw("hold_periods", &WholeBodySettings::hold_periods)
       .def("explain_invalid", &WholeBodySettings::explain_invalid);
-  nb::class_<GaitPattern>(m, "GaitPattern", "See gait_pattern.hpp.")
-      .def(nb::init<>())
+  nb::class_<GaitPattern> pattern(m, "GaitPattern", "See gait_pattern.hpp.");
+  def_list(pattern, "duty", &GaitPattern::duty);
+  def_list(pattern, "offset", &GaitPattern::offset);
+  pattern.def(nb::init<>())
       .def_rw("period", &GaitPattern::period)
-      .def_rw("duty", &GaitPattern::duty)
-      .def_rw("offset", &GaitPattern::offset)
       .def_rw("start", &GaitPattern::start)
       .def("stands", &GaitPattern::stands, "foot"_a, "time"_a)
       .def("explain_invalid", &GaitPattern::explain_invalid);
@@ -109,8 +110,14 @@ void bind_targets(nb::module_& m) {
       .def_rw("orientation", &HandTarget::orientation)
       .def_rw("wrench", &HandTarget::wrench)
       .def_rw("load", &HandTarget::load);
-  nb::class_<RobotTarget>(m, "RobotTarget", "What the planner wants; see robot_target.hpp.")
-      .def(nb::init<>())
+  nb::class_<RobotTarget> target(m, "RobotTarget", "What the planner wants; see robot_target.hpp.");
+  def_rows(target, "forces", &RobotTarget::forces,
+           "Of the ground on the feet [feet, 3], world, N; a copy.");
+  def_rows(target, "footholds", &RobotTarget::footholds,
+           "Where swinging feet are to land [feet, 3], world, m; or NaN, or [0, 3]; a copy.");
+  def_rows(target, "normals", &RobotTarget::normals,
+           "Of the ground at the feet [feet, 3]; or [0, 3]; a copy.");
+  target.def(nb::init<>())
       .def_rw("time", &RobotTarget::time)
       .def_rw("position", &RobotTarget::position)
       .def_rw("velocity", &RobotTarget::velocity)
@@ -118,18 +125,9 @@ void bind_targets(nb::module_& m) {
       .def_rw("orientation", &RobotTarget::orientation)
       .def_rw("rate", &RobotTarget::rate)
       .def_rw("rate_derivative", &RobotTarget::rate_derivative)
-      .def_prop_rw("forces", &rows<RobotTarget, &RobotTarget::forces>,
-                   &set_rows<RobotTarget, &RobotTarget::forces>,
-                   "Of the ground on the feet [feet, 3], world, N.")
       .def_rw("commanded_velocity", &RobotTarget::commanded_velocity)
       .def_rw("commanded_yaw_rate", &RobotTarget::commanded_yaw_rate)
-      .def_prop_rw("footholds", &rows<RobotTarget, &RobotTarget::footholds>,
-                   &set_rows<RobotTarget, &RobotTarget::footholds>,
-                   "Where swinging feet are to land [feet, 3], world, m; or NaN, or [0, 3].")
-      .def_prop_rw("normals", &rows<RobotTarget, &RobotTarget::normals>,
-                   &set_rows<RobotTarget, &RobotTarget::normals>,
-                   "Of the ground at the feet [feet, 3]; or [0, 3].")
-      .def_rw("hands", &RobotTarget::hands);
+      .def_prop_rw("hands", nullptr, &set_hands, "A HandTarget for each, to be set as a whole.");
   nb::class_<RobotObservation>(m, "RobotObservation", "See robot_target.hpp.")
       .def_ro("position", &RobotObservation::position)
       .def_ro("velocity", &RobotObservation::velocity)

@@ -58,9 +58,10 @@ void bind_robot(nb::module_& m) {
       .def_rw("position", &LimbDescription::position)
       .def_rw("radius", &LimbDescription::radius);
   nb::class_<RobotDescription>(m, "RobotDescription", "A floating-base robot.")
-      .def(nb::init<>())
-      .def_rw("bodies", &RobotDescription::bodies)
-      .def_rw("limbs", &RobotDescription::limbs)
+      .def(nb::init<std::vector<BodyDescription>, std::vector<LimbDescription>>(), "bodies"_a,
+           "limbs"_a)
+      .def(
+          "limbs", [](const RobotDescription& robot) { return robot.limbs; }, "Copies.")
       .def("explain_invalid", &RobotDescription::explain_invalid);
   nb::class_<RobotState>(m, "RobotState", "What is measured of a robot; see robot_state.hpp.")
       .def(nb::init<>())

@@ -22,18 +22,19 @@ template <class Struct>
 Struct* struct_of(const nb::object& object, const char* kind) {
   if (!nb::isinstance(object, nb::module_::import_("mujoco").attr(kind)))
     throw nb::type_error((std::string("a mujoco.") + kind + " is needed").c_str());
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): so are addresses told by Python packages
   return reinterpret_cast<Struct*>(nb::cast<std::uintptr_t>(object.attr("_address")));
 }
 
 void construct(TeamSimulation* self, const nb::object& model, const nb::object& data,
-               const std::vector<TeamMember>& members, std::vector<int> keep_off,
+               const std::vector<TeamMember>& members, const std::vector<int>& keep_off,
                std::vector<BarSites> bars, std::vector<Disturbance> disturbances) {
   auto* const model_struct = struct_of<mjModel_>(model, "MjModel");
   auto* const data_struct = struct_of<mjData_>(data, "MjData");
   if (!data.attr("model").is(model))  // its arrays would have other lengths
     throw std::invalid_argument("team simulation: data is another model's");
-  new (self) TeamSimulation(model_struct, data_struct, members, std::move(keep_off),
-                            std::move(bars), std::move(disturbances));
+  new (self) TeamSimulation(model_struct, data_struct, members, keep_off, std::move(bars),
+                            std::move(disturbances));
 }
 
 using Flags = Eigen::Matrix<bool, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -45,6 +46,34 @@ Flags contacts(const TeamSimulation& simulation, int robot, const Eigen::VectorX
     for (int foot = 0; foot < controller.feet(); ++foot)
       flags(k, foot) = controller.will_stand(foot, simulation.time(), times[k]);
   return flags;
+}
+
+Eigen::MatrixXd foot_forces(const TeamSimulation& simulation, int robot) {
+  return simulation.foot_forces(robot).transpose();
+}
+
+Eigen::VectorXd output_errors(const TeamSimulation& simulation, int robot) {
+  return simulation.controller(robot).output_errors();
+}
+
+const auto& last_qp(const TeamSimulation& simulation, int robot) {
+  return simulation.controller(robot).controller().qp();
+}
+
+/// A getter whose result is copied before another thread may change the simulation.
+template <class Result, class... Arguments>
+auto guarded(const char* call, Result (*get)(const TeamSimulation&, Arguments...)) {
+  return [call, get](const TeamSimulation& simulation, Arguments... arguments) {
+    const auto use = simulation.read(call);
+    return std::decay_t<Result>(get(simulation, arguments...));
+  };
+}
+template <class Result, class... Arguments>
+auto guarded(const char* call, Result (TeamSimulation::*get)(Arguments...) const) {
+  return [call, get](const TeamSimulation& simulation, Arguments... arguments) {
+    const auto use = simulation.read(call);
+    return std::decay_t<Result>((simulation.*get)(arguments...));
+  };
 }
 
 void bind_data(nb::module_& m) {
@@ -80,22 +109,17 @@ void bind_data(nb::module_& m) {
       .def_rw("damping", &Tether::damping)
       .def_rw("start", &Tether::start)
       .def_rw("end", &Tether::end);
-  nb::class_<TeamMember>(m, "TeamMember", "One robot of a team; see team_simulation.hpp.")
-      .def(nb::init<>())
+  nb::class_<TeamMember> member(m, "TeamMember", "One robot of a team; see team_simulation.hpp.");
+  def_rows(member, "hips", &TeamMember::hips, "[feet, 3], base axes, m; a copy.");
+  def_list(member, "joints", &TeamMember::joints);
+  def_list(member, "motors", &TeamMember::motors);
+  def_list(member, "foot_geoms", &TeamMember::foot_geoms);
+  member.def(nb::init<>())
       .def_rw("name", &TeamMember::name)
       .def_rw("robot", &TeamMember::robot)
-      .def_prop_rw(
-          "hips", [](const TeamMember& t) { return Eigen::MatrixXd(t.hips.transpose()); },
-          [](TeamMember& t, const Eigen::Matrix<double, Eigen::Dynamic, 3>& h) {
-            t.hips = h.transpose();
-          },
-          "[feet, 3], base axes, m.")
       .def_rw("control", &TeamMember::control)
       .def_rw("measurement", &TeamMember::measurement)
-      .def_rw("trunk", &TeamMember::trunk)
-      .def_rw("joints", &TeamMember::joints)
-      .def_rw("motors", &TeamMember::motors)
-      .def_rw("foot_geoms", &TeamMember::foot_geoms);
+      .def_rw("trunk", &TeamMember::trunk);
   nb::class_<BarSites>(m, "BarSites", "Two sites that a bar holds apart, m.")
       .def(nb::init<int, int, double>(), "first"_a, "second"_a, "length"_a);
   nb::class_<TeamExtremes>(m, "TeamExtremes", "Worst values since the start.")
@@ -118,29 +142,19 @@ void bind_simulation(nb::module_& m) {
       .def("run", &TeamSimulation::run, "periods"_a, "targets"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
-      .def("measured", &TeamSimulation::measured, "robot"_a)
-      .def(
-          "qp",
-          [](const TeamSimulation& s, int robot) { return s.controller(robot).controller().qp(); },
-          "robot"_a, "A copy of the controller's last QP: torques, then the contacts' forces.")
-      .def("contacts", &contacts, "robot"_a, "times"_a, "Flags [n, feet] at `times` [n].")
-      .def(
-          "foot_forces",
-          [](const TeamSimulation& s, int robot) {
-            return Eigen::MatrixXd(s.foot_forces(robot).transpose());
-          },
-          "robot"_a, "[feet, 3], world, N.")
-      .def(
-          "output_errors",
-          [](const TeamSimulation& s, int robot) {
-            return Eigen::VectorXd(s.controller(robot).output_errors());
-          },
-          "robot"_a, "Virtual constraints [6]: centre of mass (m), orientation (rad).")
-      .def_prop_ro("time", &TeamSimulation::time)
-      .def_prop_ro("has_fallen", &TeamSimulation::has_fallen)
-      .def_prop_ro("fall", &TeamSimulation::fall)
-      .def_prop_ro("fall_time", &TeamSimulation::fall_time)
-      .def_prop_ro("extremes", &TeamSimulation::extremes);
+      .def("measured", guarded("measured", &TeamSimulation::measured), "robot"_a)
+      .def("qp", guarded("qp", &last_qp), "robot"_a,
+           "A copy of the controller's last QP: torques, then the contacts' forces.")
+      .def("contacts", guarded("contacts", &contacts), "robot"_a, "times"_a,
+           "Flags [n, feet] at `times` [n].")
+      .def("foot_forces", guarded("foot_forces", &foot_forces), "robot"_a, "[feet, 3], world, N.")
+      .def("output_errors", guarded("output_errors", &output_errors), "robot"_a,
+           "Virtual constraints [6]: centre of mass (m), orientation (rad).")
+      .def_prop_ro("time", guarded("time", &TeamSimulation::time))
+      .def_prop_ro("has_fallen", guarded("has_fallen", &TeamSimulation::has_fallen))
+      .def_prop_ro("fall", guarded("fall", &TeamSimulation::fall))
+      .def_prop_ro("fall_time", guarded("fall_time", &TeamSimulation::fall_time))
+      .def_prop_ro("extremes", guarded("extremes", &TeamSimulation::extremes));
 }
 
 }  // namespace palanquin

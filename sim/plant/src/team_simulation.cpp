@@ -58,6 +58,17 @@ SettingRules rules_of(const BarSites& bar, const mjModel& model) {
       .not_negative("length", bar.length);
 }
 
+/// MuJoCo notes what goes wrong in MUJOCO_LOG.TXT, wherever the process runs: `fall` tells it.
+void stop_log_file() {
+  static const bool is_stopped = [] {
+    mjLogConfig config = mju_getLogConfig();
+    config.logto_file = false;
+    mju_setLogConfig(config);
+    return true;
+  }();
+  static_cast<void>(is_stopped);
+}
+
 }  // namespace
 
 struct TeamSimulation::Robot {
@@ -94,8 +105,9 @@ struct TeamSimulation::Robot {
 };
 
 TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
-                               const std::vector<TeamMember>& members, std::vector<int> keep_off,
-                               std::vector<BarSites> bars, std::vector<Disturbance> disturbances)
+                               const std::vector<TeamMember>& members,
+                               const std::vector<int>& keep_off, std::vector<BarSites> bars,
+                               std::vector<Disturbance> disturbances)
     : model_(model),
       data_(data),
       keep_off_(static_cast<std::size_t>(model->nbody), 0),
@@ -120,6 +132,7 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
   for (const BarSites& bar : bars_) require(rules_of(bar, *model));
   for (const Disturbance& disturbance : disturbances_)
     require(SettingRules().nested(explain_invalid(disturbance, bodies)));
+  stop_log_file();
   mj_forward(model_, data_);
   read_foot_forces();
   for (auto& robot : robots_) measure(*robot);
@@ -128,6 +141,7 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
 TeamSimulation::~TeamSimulation() = default;
 
 int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
+  const auto use = user_.change("run");
   check_targets(periods, targets);
   for (int period = 0; period < periods; ++period) {
     if (has_fallen()) return period;
@@ -277,6 +291,7 @@ const RobotController& TeamSimulation::controller(int index) const {
   return robot(index).controller;
 }
 RobotObservation TeamSimulation::observe(int index) {
+  const auto use = user_.change("observe");
   return robot(index).controller.observe(measured(index));
 }
 const RobotState& TeamSimulation::measured(int index) const {

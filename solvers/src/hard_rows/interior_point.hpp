@@ -25,8 +25,7 @@ namespace palanquin {
 /// Needs no warm start and hardly more steps for many changes of the active set than for few.
 class InteriorPoint {
  public:
-  InteriorPoint(const MultipliersSettings& settings, StructuredQpSolver& solver, RelaxedQp& qp)
-      : settings_(settings), solver_(solver), qp_(qp) {}
+  InteriorPoint(StructuredQpSolver& solver, RelaxedQp& qp) : solver_(solver), qp_(qp) {}
 
   /// From cold: only the point's w counts, as a first guess of the slacks.
   void start(const StageQpSolution& point);
@@ -43,7 +42,6 @@ class InteriorPoint {
   QpStatus find_target();
   double longest_step() const;
 
-  const MultipliersSettings& settings_;
   StructuredQpSolver& solver_;
   RelaxedQp& qp_;
   StageQpSolution target_;

@@ -137,7 +137,7 @@ class HardRowsQpSolver final : public QpSolver {
   StructuredQpSolver recursion_;  ///< of those with, relaxed
   RelaxedQp rows_;
   MultiplierMethod multipliers_{settings_, recursion_, rows_};
-  InteriorPoint interior_{settings_, recursion_, rows_};
+  InteriorPoint interior_{recursion_, rows_};
   StageQpSolution point_;
   int left_ = 0;  ///< recursions
   bool is_infeasible_ = false, has_hard_rows_ = false, fell_back_ = false;

@@ -54,7 +54,7 @@ class Ipopt {
   std::shared_ptr<const LoweredProblem> problem_;
   std::unique_ptr<Functions> functions_;
   IpoptSettings settings_;
-  SingleUser user_;
+  SingleUser user_{"solver", " (plans may be read by any)"};
   TranscriptionWorkspace transcription_;
   std::shared_ptr<const RowPolicies> policies_;  // of the next solve
 };

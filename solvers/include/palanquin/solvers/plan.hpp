@@ -33,7 +33,7 @@ struct Plan : Snapshot {
   /// violated by more than `usable_violation`.
   bool is_usable() const { return palanquin::is_usable(status, evaluation, usable_violation); }
   /// As Snapshot's; all NaN where the status is NonFinite.
-  std::map<std::string, double> violations() const;
+  std::map<std::string, double> violations() const;  // NOLINT(bugprone-derived-*)
   /// The rows with their weights in `certificate` for multipliers; empty without one.
   std::vector<RowState> certificate_rows() const;
 };

@@ -23,6 +23,9 @@ class SingleUser {
     int change_;
   };
 
+  /// Messages call the object `what`; `hint` says what other threads may do.
+  explicit SingleUser(const char* what, const char* hint = "") : what_(what), hint_(hint) {}
+
   /// For a call that changes the object. Throws std::logic_error that names `call` while there is
   /// any other.
   [[nodiscard]] Use change(const char* call) const {
@@ -42,12 +45,14 @@ class SingleUser {
  private:
   static constexpr int kChanging = -1;
 
-  [[noreturn]] static void refuse(const char* call) {
-    throw std::logic_error(std::string(call) +
-                           ": another thread uses this solver; a solver serves one thread at a "
-                           "time (plans may be read by any)");
+  [[noreturn]] void refuse(const char* call) const {
+    const std::string what = what_;
+    throw std::logic_error(std::string(call) + ": another thread uses this " + what + "; a " +
+                           what + " serves one thread at a time" + hint_);
   }
 
+  const char* what_;
+  const char* hint_;
   mutable std::atomic<int> users_{0};  // how many read, or kChanging
 };
 

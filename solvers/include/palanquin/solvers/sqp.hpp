@@ -164,7 +164,7 @@ class Sqp {
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;
-  SingleUser user_;
+  SingleUser user_{"solver", " (plans may be read by any)"};
   TranscriptionWorkspace transcription_;
   std::shared_ptr<const RowPolicies> policies_;  ///< of the next solve
   std::unique_ptr<QpSolver> qp_solver_;

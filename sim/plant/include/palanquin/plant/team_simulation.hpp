@@ -7,6 +7,7 @@
 #include "palanquin/control/whole_body/robot_controller.hpp"
 #include "palanquin/plant/disturbance.hpp"
 #include "palanquin/plant/measurement.hpp"
+#include "palanquin/solvers/single_user.hpp"
 
 struct mjModel_;
 struct mjData_;
@@ -48,12 +49,15 @@ struct TeamExtremes {
 /// Model and data belong to the caller, who keeps them alive; they are of the very MuJoCo library
 /// that this one is linked with. A run stops at a fall: a trunk or another of `keep_off` bodies
 /// touches the ground (any geom of the world body), a trunk tilts by more than 60 degrees, or
-/// MuJoCo's state is no longer finite.
+/// MuJoCo's state is no longer finite. MuJoCo's log file is turned off for the whole process.
+///
+/// It serves one thread at a time: `run` and `observe` throw std::logic_error while another thread
+/// is at it, and so does `read`.
 class TeamSimulation {
  public:
   /// Throws std::invalid_argument for members that don't fit the model or bad settings.
   TeamSimulation(mjModel_* model, mjData_* data, const std::vector<TeamMember>& members,
-                 std::vector<int> keep_off, std::vector<BarSites> bars,
+                 const std::vector<int>& keep_off, std::vector<BarSites> bars,
                  std::vector<Disturbance> disturbances);
   ~TeamSimulation();
   TeamSimulation(const TeamSimulation&) = delete;
@@ -71,13 +75,15 @@ class TeamSimulation {
 
   int robots() const;
   /// Of one robot, as all below; std::out_of_range for one that the team has not.
-  const RobotController& controller(int robot) const;
+  const RobotController& controller(int index) const;
   /// The robot as its controller knows it now.
-  RobotObservation observe(int robot);
+  RobotObservation observe(int index);
   /// The robot's state as its controller knows it now, noise and delay included.
-  const RobotState& measured(int robot) const;
+  const RobotState& measured(int index) const;
   /// Ground reaction forces of the last step, [3, feet], world, N.
-  const Eigen::Matrix3Xd& foot_forces(int robot) const;
+  const Eigen::Matrix3Xd& foot_forces(int index) const;
+  /// Keeps other threads from changing the simulation while its getters are read.
+  [[nodiscard]] SingleUser::Use read(const char* call) const { return user_.read(call); }
 
  private:
   struct Robot;
@@ -104,6 +110,7 @@ class TeamSimulation {
   std::string fall_;
   double fall_time_ = 0;
   TeamExtremes extremes_;
+  SingleUser user_{"team simulation"};
 };
 
 }  // namespace palanquin
