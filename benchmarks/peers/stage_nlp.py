@@ -48,6 +48,7 @@ class StageNlp:
     _columns: list[np.ndarray]  # per knot, which columns of z the stage's s and u hold
     _carried: np.ndarray  # columns of z that s_k holds for knot k - 1
     _states: np.ndarray
+    _known: np.ndarray  # those of them that are measured at knot 0
 
     @property
     def lower(self) -> np.ndarray:
@@ -83,7 +84,7 @@ class StageNlp:
 
     def _with_measured_state(self, instance: Instance) -> np.ndarray:
         z = instance.guess.values.copy()
-        z[0, self._states] = instance.measured.values[self._states]
+        z[0, self._known] = instance.measured.values[self._known]
         return z
 
 
@@ -108,6 +109,8 @@ class _Builder:
         self.nz = int(self.offsets[-1])
         self.states = self._columns_of([b for b in self.blocks if b.is_state])
         self.roles, self.active = self._structure(instance)
+        given = zip(self.blocks, self.roles[0], strict=True)
+        self.known = self._columns_of([b for b, r in given if b.is_state and r != Role.INPUT])
         self.carried = self._columns_of(linked_blocks(problem, instance) if carry else [])
         self.p = ca.SX.sym("p", *instance.params.values.T.shape)
         self.measured = ca.SX.sym("measured", self.nz)
@@ -143,6 +146,7 @@ class _Builder:
             _columns=columns,
             _carried=self.carried,
             _states=self.states,
+            _known=self.known,
         )
 
     def _columns_of(self, blocks: list[Block]) -> np.ndarray:
@@ -211,7 +215,9 @@ class _Builder:
         rows: list[tuple[ca.SX, bool]] = []
         if k == 0:
             kept = np.concatenate([self.states, self.carried])
-            rows.append((s[0] - self.measured[kept.tolist()], True))
+            is_known = np.isin(kept, np.concatenate([self.known, self.carried]))
+            own = np.flatnonzero(is_known).tolist()
+            rows.append((s[0][own] - self.measured[kept[is_known].tolist()], True))
         previous = self.measured if k == 0 else z[k - 1]
         if len(self.carried):
             previous = ca.SX(previous)

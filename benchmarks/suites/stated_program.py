@@ -72,7 +72,8 @@ class StatedProgram:
         maps, gaps = self._step_maps(trajectory)
         n = maps[0].shape[1]
         cost, gradient = 0.0, np.zeros(n)
-        rows: dict[str, list[np.ndarray]] = {"equality": [np.concatenate(gaps)], "inequality": []}
+        off = np.concatenate([*gaps, np.zeros(0)])
+        rows: dict[str, list[np.ndarray]] = {"equality": [off], "inequality": []}
         slopes = {"equality": [np.zeros((len(rows["equality"][0]), n))], "inequality": []}
         nothing = np.zeros_like(maps[0])
         for k in range(self._horizon + 1):
@@ -132,7 +133,7 @@ class StatedProgram:
 
     def _kind(self, block: Block, role: int, k: int) -> str:
         if block.is_state:
-            return "free" if k else "measured"
+            return "free" if k or role == Role.INPUT else "measured"
         if k == self._horizon:
             return "missing"
         return {Role.CARRIED: "carried", Role.ABSENT: "absent"}.get(Role(role), "free")

@@ -30,6 +30,7 @@ from palanquin.problems.collection.processes import (
     CatalystMixing,
     Estimation,
     HicksRay,
+    StiffOscillator,
     VanDerPol,
 )
 from palanquin.problems.collection.space import GoddardRocket, MoonLander, OrbitTransfer
@@ -72,6 +73,7 @@ COLLECTION: dict[str, Ocp] = {
         VanDerPol(),
         HicksRay(),
         CatalystMixing(),
+        StiffOscillator(),
         Estimation(),
         Hopper(),
         Carrying(),

@@ -4,9 +4,9 @@ import casadi as ca
 import numpy as np
 
 from palanquin import quaternion
+from palanquin.integrators import integrate
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds, rk4
 
 GRAVITY = 9.81
 
@@ -51,7 +51,7 @@ class Quadrotor(Ocp):
         problem.residual("end", ca.vertcat(p - ca.DM([2.0, 1.0, 1.0]), error, v), weight=5.0,
                          at="terminal")  # fmt: skip
         problem.residual("thrusts", f - GRAVITY / 4, weight=0.01 * dt)
-        bounds(problem, "thrusts", f, [0] * 4, [4.5] * 4)
+        problem.bound("thrusts", f, [0] * 4, [4.5] * 4)
         return problem
 
 
@@ -79,7 +79,9 @@ class SlungLoad(Ocp):
         r, angles = problem.state("load", 2), problem.state("angles", 2)
         v, spins = problem.state("velocity", 2), problem.state("spins", 2)
         f = problem.input("thrusts", 2)
-        following = rk4(lambda x: self.rate(x, f), ca.vertcat(r, angles, v, spins), problem.dt)
+        following = integrate(
+            lambda x: self.rate(x, f), ca.vertcat(r, angles, v, spins), problem.dt
+        )
         for block, rows in ((r, [0, 1]), (angles, [2, 3]), (v, [4, 5]), (spins, [6, 7])):
             problem.dynamics(block, following[rows])
         hover = (self.BODY + self.LOAD) * GRAVITY / 2
@@ -88,8 +90,8 @@ class SlungLoad(Ocp):
         problem.residual("thrusts", f - hover, weight=0.01 * problem.dt)
         rest = ca.vertcat(r - ca.DM([2.0, 0.0]), angles, v, spins)
         problem.equality("rest", rest, at="terminal")
-        bounds(problem, "thrusts", f, [0, 0], [9, 9])
-        bounds(problem, "tilt", angles[1], -0.6, 0.6, at="all")
+        problem.bound("thrusts", f, [0, 0], [9, 9])
+        problem.bound("tilt", angles[1], -0.6, 0.6, at="all")
         return problem
 
     def rate(self, x: ca.SX, f: ca.SX) -> ca.SX:
@@ -122,10 +124,10 @@ class Attitude(Ocp):
         q, w = problem.quaternion_state("attitude"), problem.state("spin", 3)
         u = problem.input("torque", 3)
         inertia, dt = ca.DM([1.0, 1.5, 2.0]), problem.dt
-        problem.dynamics(w, rk4(lambda w: (u - ca.cross(w, inertia * w)) / inertia, w, dt))
+        problem.dynamics(w, integrate(lambda w: (u - ca.cross(w, inertia * w)) / inertia, w, dt))
         problem.dynamics(q, increment=dt / 2 * (w + problem.next(w)))
         problem.residual("effort", u, weight=dt)
         error = 2 * quaternion.multiply(quaternion.conjugate(ca.SX(self.END)), q)[1:4]
         problem.equality("arrival", ca.vertcat(error, w), at="terminal")
-        bounds(problem, "torque", u, [-1] * 3, [1] * 3)
+        problem.bound("torque", u, [-1] * 3, [1] * 3)
         return problem

@@ -5,10 +5,9 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from palanquin.policies import Hard
+from palanquin.policies import Slack
 from palanquin.problem import Problem, Role
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds
 
 
 class Chain(Ocp):
@@ -40,7 +39,7 @@ class Chain(Ocp):
         problem.residual("end", end - ca.DM([1, 0, 0]), weight=25.0, at="all")
         problem.residual("motion", v, weight=1.0, at="all")
         problem.residual("hand", u, weight=0.01)
-        bounds(problem, "hand", u, [-1] * 3, [1] * 3)
+        problem.bound("hand", u, [-1] * 3, [1] * 3)
         return problem
 
     def force(self, d: ca.SX) -> ca.SX:
@@ -69,8 +68,8 @@ class SpringMasses(Ocp):
         problem.dynamics(v, following[6:])
         problem.residual("state", ca.vertcat(p, v), at="all")
         problem.residual("effort", u)
-        bounds(problem, "forces", u, [-0.5] * 3, [0.5] * 3)
-        bounds(problem, "positions", p, [-4] * 6, [4] * 6, at="all")
+        problem.bound("forces", u, [-0.5] * 3, [0.5] * 3)
+        problem.bound("positions", p, [-4] * 6, [4] * 6, at="all")
         return problem
 
     def held_matrices(self, dt: float) -> tuple[ca.DM, ca.DM]:
@@ -94,20 +93,18 @@ class Slacks(Ocp):
     """
 
     start = {"state": [1.2, 0.8]}
-    spread = {"state": 0.5, "force": 0.5, "slack": 0.3}
+    spread = {"state": 0.5, "force": 0.5, "corridor.slack": 0.3}
 
     def build(self) -> Problem:
         problem = Problem(horizon=30, dt=0.1, name=self.name)
         x, u = problem.state("state", 2), problem.input("force", 1)
-        s = problem.variable("slack", 1, role=Role.LOCAL)
         h = problem.dt
         push = u + 0.2
         problem.dynamics(x, increment=ca.vertcat(h * x[1] + h**2 / 2 * push, h * push))
         problem.residual("state", x, weight=[0.1, 0.01], at="all")
         problem.residual("effort", u, weight=0.1)
-        problem.cost("slack", 5 * s + 10 * s**2)
-        problem.inequality("corridor", ca.vertcat(x[0] - 1 - s, -s), Hard())
-        bounds(problem, "force", u, -1, 1)
+        problem.inequality("corridor", x[0] - 1, Slack(l1=5, l2=10))
+        problem.bound("force", u, -1, 1)
         return problem
 
 
@@ -130,6 +127,6 @@ class RateLimits(Ocp):
         problem.residual("state", x - ca.DM([1, 0]), weight=[1.0, 0.1], at="all")
         problem.residual("effort", u, weight=1e-3)
         problem.link("change", u - problem.previous(u) - r)
-        bounds(problem, "force", u, -1, 1)
-        bounds(problem, "change", r, -0.15, 0.15)
+        problem.bound("force", u, -1, 1)
+        problem.bound("change", r, -0.15, 0.15)
         return problem

@@ -3,9 +3,10 @@
 import casadi as ca
 import numpy as np
 
+from palanquin.integrators import integrate
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds, free_duration, rk4
+from palanquin.problems.collection.statements import free_duration
 
 
 class BangBang(Ocp):
@@ -28,7 +29,7 @@ class BangBang(Ocp):
         problem.dynamics(p, p + h * v + h**2 / 2 * u)
         problem.dynamics(v, v + h * u)
         problem.equality("arrival", ca.vertcat(p - 1, v), at="terminal")
-        bounds(problem, "force", u, -1, 1)
+        problem.bound("force", u, -1, 1)
         return problem
 
 
@@ -48,7 +49,7 @@ class Zermelo(Ocp):
         problem = Problem(horizon=40, dt=1.0, name=self.name)
         r, a = problem.state("position", 2), problem.input("heading", 1)
         h = free_duration(problem, 0.5, 20)
-        problem.dynamics(r, rk4(lambda x: ca.vertcat(ca.cos(a) - x[1], ca.sin(a)), r, h))
+        problem.dynamics(r, integrate(lambda x: ca.vertcat(ca.cos(a) - x[1], ca.sin(a)), r, h))
         problem.equality("arrival", r, at="terminal")
         return problem
 
@@ -73,7 +74,7 @@ class Brachistochrone(Ocp):
         def rate(x: ca.SX) -> ca.SX:
             return ca.vertcat(x[2] * ca.cos(g), x[2] * ca.sin(g), 9.81 * ca.sin(g))
 
-        following = rk4(rate, ca.vertcat(r, v), h)
+        following = integrate(rate, ca.vertcat(r, v), h)
         problem.dynamics(r, following[:2])
         problem.dynamics(v, following[2])
         problem.equality("arrival", r - ca.DM([2.0, 1.0]), at="terminal")
@@ -106,13 +107,13 @@ class RobotArm(Ocp):
             azimuth = u[1] / (inertia * ca.sin(x[2]) ** 2)
             return ca.vertcat(x[3:], u[0] / 5, azimuth, elevation)
 
-        following = rk4(rate, ca.vertcat(q, v), h)
+        following = integrate(rate, ca.vertcat(q, v), h)
         problem.dynamics(q, following[:3])
         problem.dynamics(v, following[3:])
         end = ca.DM([4.5, 2 * np.pi / 3, np.pi / 4])
         problem.equality("arrival", ca.vertcat(q - end, v), at="terminal")
-        bounds(problem, "torques", u, [-1] * 3, [1] * 3)
-        bounds(problem, "reach", q[::2], [0, 0], [5, np.pi], at="all")
+        problem.bound("torques", u, [-1] * 3, [1] * 3)
+        problem.bound("reach", q[::2], [0, 0], [5, np.pi], at="all")
         return problem
 
 
@@ -140,12 +141,12 @@ class Crane(Ocp):
             pull = 9.81 * ca.sin(angle) + u[0] * ca.cos(angle) + 2 * x[4] * x[5]
             return ca.vertcat(x[3:], u, -pull / length)
 
-        following = rk4(rate, ca.vertcat(q, v), h)
+        following = integrate(rate, ca.vertcat(q, v), h)
         problem.dynamics(q, following[:3])
         problem.dynamics(v, following[3:])
         end = ca.vertcat(q - ca.DM([4.0, 2.0, 0.0]), v)
         problem.equality("arrival", end, at="terminal")
-        bounds(problem, "accelerations", u, [-1, -0.5], [1, 0.5])
-        bounds(problem, "swing", q[2], -0.15, 0.15, at="all")
-        bounds(problem, "speed", v[0], -2, 2, at="all")
+        problem.bound("accelerations", u, [-1, -0.5], [1, 0.5])
+        problem.bound("swing", q[2], -0.15, 0.15, at="all")
+        problem.bound("speed", v[0], -2, 2, at="all")
         return problem

@@ -6,7 +6,6 @@ import numpy as np
 from palanquin.policies import Hard
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds
 
 
 class ObstacleField(Ocp):
@@ -32,5 +31,5 @@ class ObstacleField(Ocp):
         problem.residual("arrival", end, weight=10.0, at="terminal")
         gaps = [discs[i, 2] ** 2 - ca.sumsqr(p - discs[i, :2].T) for i in range(len(self.DISCS))]
         problem.inequality("discs", ca.vertcat(*gaps), Hard(), at="all")
-        bounds(problem, "force", u, [-3, -3], [3, 3])
+        problem.bound("force", u, [-3, -3], [3, 3])
         return problem

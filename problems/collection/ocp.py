@@ -72,8 +72,6 @@ class Ocp(ABC):
         """
         parameters, measured = lowered.parameters(), lowered.knot()
         _assign(measured, self.start)
-        if "first" in parameters:
-            parameters["first"][0] = 1
         self.fill(parameters, measured)
         rest = lowered.trajectory()
         rest.values[:] = measured.values

@@ -3,9 +3,9 @@
 import casadi as ca
 import numpy as np
 
+from palanquin.integrators import integrate
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import at_first_knot, bounds, first_knot, rk4
 
 GRAVITY = 9.81
 
@@ -27,14 +27,14 @@ class Pendulum(Ocp):
         def rate(x: ca.SX) -> ca.SX:
             return ca.vertcat(x[1], u - GRAVITY * ca.sin(x[0]) - 0.1 * x[1])
 
-        following = rk4(rate, ca.vertcat(a, w), problem.dt)
+        following = integrate(rate, ca.vertcat(a, w), problem.dt)
         problem.dynamics(a, following[0])
         problem.dynamics(w, following[1])
         problem.residual("angle", a - np.pi, weight=problem.dt, at="all")
         problem.residual("rate", w, weight=0.1 * problem.dt, at="all")
         problem.residual("effort", u, weight=0.01 * problem.dt)
         problem.residual("end", ca.vertcat(a - np.pi, w), weight=20.0, at="terminal")
-        bounds(problem, "torque", u, -5, 5)
+        problem.bound("torque", u, -5, 5)
         return problem
 
 
@@ -54,13 +54,13 @@ class CartPole(Ocp):
         problem = Problem(horizon=40, dt=0.05, name=self.name)
         q, v = problem.state("pose", 2), problem.state("velocity", 2)
         u = problem.input("force", 1)
-        following = rk4(lambda x: self.rate(x, u), ca.vertcat(q, v), problem.dt)
+        following = integrate(lambda x: self.rate(x, u), ca.vertcat(q, v), problem.dt)
         problem.dynamics(q, following[:2])
         problem.dynamics(v, following[2:])
         problem.residual("effort", u, weight=problem.dt)
         problem.equality("upright", ca.vertcat(q - ca.DM([1.0, np.pi]), v), at="terminal")
-        bounds(problem, "force", u, -10, 10)
-        bounds(problem, "track", q[0], -2, 2, at="all")
+        problem.bound("force", u, -10, 10)
+        problem.bound("track", q[0], -2, 2, at="all")
         return problem
 
     def rate(self, x: ca.SX, u: ca.SX) -> ca.SX:
@@ -93,14 +93,14 @@ class DoublePendulum(Ocp):
         problem = Problem(horizon=50, dt=0.05, name=self.name)
         a, w = problem.state("angles", 2), problem.state("rates", 2)
         u = problem.input("torques", 2)
-        following = rk4(lambda x: self.rate(x, u), ca.vertcat(a, w), problem.dt)
+        following = integrate(lambda x: self.rate(x, u), ca.vertcat(a, w), problem.dt)
         problem.dynamics(a, following[:2])
         problem.dynamics(w, following[2:])
         problem.residual("angles", a - np.pi, weight=problem.dt, at="all")
         problem.residual("rates", w, weight=0.05 * problem.dt, at="all")
         problem.residual("effort", u, weight=0.01 * problem.dt)
         problem.residual("end", ca.vertcat(a - np.pi, w), weight=20.0, at="terminal")
-        bounds(problem, "torque", u, [-6, -4], [6, 4])
+        problem.bound("torque", u, [-6, -4], [6, 4])
         return problem
 
     def rate(self, x: ca.SX, u: ca.SX) -> ca.SX:
@@ -119,33 +119,26 @@ class PeriodicPendulum(Ocp):
     """A damped pendulum goes round for ever: the periodic orbit of least effort.
 
     a'' = u - g sin a - 0.5 a' over 1 s, (a, w)_N = (a, w)_0 + (2 pi, 0), min of the integral of
-    u^2, |u| <= 8 hard. The state at the first knot is free: the first interval sets it, and a copy
-    of it is kept for the end.
+    u^2, |u| <= 8 hard. The state at the first knot is free, and a copy of it is kept for the end.
     """
 
-    idle = {"launch": [0.0, 6.0]}
+    idle = {"rate": 6.0, "kept": [0.0, 6.0]}
     goal = {"angle": 2 * np.pi, "rate": 6.0}
     spread = {"angle": 0.5, "rate": 1.0, "torque": 2.0}
 
     def build(self) -> Problem:
-        problem = Problem(horizon=41, dt=1 / 40, name=self.name)
-        a, w = problem.state("angle", 1), problem.state("rate", 1)
-        kept = problem.state("kept", 2)
+        problem = Problem(horizon=40, dt=1 / 40, name=self.name)
+        a, w = (problem.state(name, 1, initial="free") for name in ("angle", "rate"))
+        kept = problem.state("kept", 2, initial="free")
         u = problem.input("torque", 1)
-        launch, first = at_first_knot(problem, "launch", 2), first_knot(problem)
-
-        def rate(x: ca.SX) -> ca.SX:
-            return ca.vertcat(x[1], u - GRAVITY * ca.sin(x[0]) - 0.5 * x[1])
-
-        following = rk4(rate, ca.vertcat(a, w), problem.dt)
-        following = ca.if_else(first, launch, following)
-        problem.dynamics(a, following[0])
-        problem.dynamics(w, following[1])
-        problem.dynamics(kept, ca.if_else(first, launch, kept))
+        problem.ode([a, w], [w, u - GRAVITY * ca.sin(a) - 0.5 * w])
+        problem.dynamics(kept, kept)
+        start = kept - ca.vertcat(a, w)
+        problem.equality("start", start, active=problem.first_knot)
         problem.residual("effort", u, weight=problem.dt)
         period = ca.vertcat(a, w) - kept - ca.DM([2 * np.pi, 0])
         problem.equality("period", period, at="terminal")
         # An orbit has no first angle of its own: any shift in time is an orbit too.
         problem.residual("phase", kept[0], weight=1.0, at="terminal")
-        bounds(problem, "torque", u, -8, 8)
+        problem.bound("torque", u, -8, 8)
         return problem

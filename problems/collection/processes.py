@@ -3,11 +3,11 @@
 import casadi as ca
 import numpy as np
 
+from palanquin.integrators import integrate
 from palanquin.named_array import NamedArray
 from palanquin.policies import Hard
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import at_first_knot, bounds, first_knot, rk4
 
 
 class VanDerPol(Ocp):
@@ -28,10 +28,10 @@ class VanDerPol(Ocp):
         def rate(x: ca.SX) -> ca.SX:
             return ca.vertcat((1 - x[1] ** 2) * x[0] - x[1] + u, x[0])
 
-        problem.dynamics(x, rk4(rate, x, problem.dt))
+        problem.dynamics(x, integrate(rate, x, problem.dt))
         problem.residual("state", x, weight=problem.dt, at="all")
         problem.residual("effort", u, weight=problem.dt)
-        bounds(problem, "input", u, -0.75, 1)
+        problem.bound("input", u, -0.75, 1)
         problem.inequality("state", -0.25 - x[0], Hard(), at="all")
         return problem
 
@@ -61,13 +61,13 @@ class HicksRay(Ocp):
             heat = (0.3947 - x[1]) / 20 + reaction - 1.95e-2 * u * (x[1] - 0.3816)
             return ca.vertcat((1 - x[0]) / 20 - reaction, heat)
 
-        following = rk4(rate, ca.vertcat(c, t), problem.dt)
+        following = integrate(rate, ca.vertcat(c, t), problem.dt)
         problem.dynamics(c, following[0])
         problem.dynamics(t, following[1])
         problem.residual("concentration", c - 0.0944, weight=1e3 * problem.dt, at="all")
         problem.residual("temperature", t - 0.7766, weight=2.0 * problem.dt, at="all")
         problem.residual("cooling", u - 3.4, weight=1e-2 * problem.dt)
-        bounds(problem, "cooling", u, 0, 5)
+        problem.bound("cooling", u, 0, 5)
         return problem
 
 
@@ -92,10 +92,35 @@ class CatalystMixing(Ocp):
             forwards = u * (10 * x[1] - x[0])
             return ca.vertcat(forwards, -forwards - (1 - u) * x[1])
 
-        problem.dynamics(x, rk4(rate, x, problem.dt))
+        problem.dynamics(x, integrate(rate, x, problem.dt))
         problem.cost("product", ca.sum1(x) - 1, at="terminal")
         problem.residual("smooth", u, weight=1e-6)
-        bounds(problem, "mix", u, 0, 1)
+        problem.bound("mix", u, 0, 1)
+        return problem
+
+
+class StiffOscillator(Ocp):
+    """A stiff oscillator is slowed down by an input whose rate is limited.
+
+    x_1' = x_2, x_2' = mu (1 - x_1^2) x_2 - x_1 + u with mu = 30 (van der Pol's equation) over 3 s
+    from (2, 0); min of the integral of (x_1 - 1.5)^2 + 0.01 u^2 + 1e-3 u'^2 with |u| <= 4 and
+    |u'| <= 10 hard, u_{-1} = 0. By the two-stage Radau IIA method.
+    """
+
+    start = {"x": [2.0, 0.0]}
+    goal = {"x": [1.5, 0.0]}
+    spread = {"x": [0.2, 0.1], "force": 0.5}
+
+    def build(self) -> Problem:
+        problem = Problem(horizon=30, dt=0.1, name=self.name)
+        x, u = problem.state("x", 2), problem.input("force", 1)
+        bend = 30 * (1 - x[0] ** 2) * x[1]
+        problem.ode(x, ca.vertcat(x[1], bend - x[0] + u), "radau")
+        problem.residual("state", x[0] - 1.5, weight=problem.dt, at="all")
+        problem.residual("effort", u, weight=0.01 * problem.dt)
+        problem.residual("smooth", problem.rate(u), weight=1e-3 * problem.dt)
+        problem.bound("force", u, -4, 4)
+        problem.bound("slew", problem.rate(u), -10, 10)
         return problem
 
 
@@ -105,26 +130,24 @@ class Estimation(Ocp):
     Gas-phase reaction 2 A -> B with a' = -0.32 a^2, b' = 0.16 a^2; measured is a + b with noise of
     0.1, process noise 0.01, the first state is free: prior (0.1, 4.5) with deviation 6, truth (3,
     1); a, b >= 0 hard. Haseltine and Rawlings, "Critical evaluation of extended Kalman filtering
-    and moving-horizon estimation", Ind. Eng. Chem. Res. 44, 2005. The first interval makes the free
-    state out of the measured knot, which is the prior.
+    and moving-horizon estimation", Ind. Eng. Chem. Res. 44, 2005.
     """
 
     TRUTH = (3.0, 1.0)
-    start = {"pressures": [0.1, 4.5]}
-    goal = {"pressures": [0.1, 4.5]}
-    spread = {"pressures": 0.5, "noise": 0.01, "correction": 1.0}
+    PRIOR = (0.1, 4.5)
+    start = {"pressures": PRIOR}
+    goal = {"pressures": PRIOR}
+    spread = {"pressures": 0.5, "noise": 0.01}
 
     def build(self) -> Problem:
-        problem = Problem(horizon=21, dt=0.1, name=self.name)
-        x, w = problem.state("pressures", 2), problem.input("noise", 2)
-        correction = at_first_knot(problem, "correction", 2)
-        first, measurement = first_knot(problem), problem.parameter("pressure")
-        following = rk4(self.rate, x, problem.dt) + w
-        problem.dynamics(x, ca.if_else(first, x + correction, following))
-        problem.residual("prior", correction / 6)
+        problem = Problem(horizon=20, dt=0.1, name=self.name)
+        x, w = problem.state("pressures", 2, initial="free"), problem.input("noise", 2)
+        measurement = problem.parameter("pressure")
+        problem.dynamics(x, integrate(self.rate, x, problem.dt) + w)
+        problem.residual("prior", (x - ca.DM(self.PRIOR)) / 6, weight=problem.first_knot)
         problem.residual("noise", w / 0.01)
-        problem.residual("pressure", (ca.sum1(x) - measurement) / 0.1, weight=1 - first, at="all")
-        problem.inequality("pressures", -x, Hard(), active=1 - first, at="all")
+        problem.residual("pressure", (ca.sum1(x) - measurement) / 0.1, at="all")
+        problem.bound("pressures", x, lower=0, at="all")
         return problem
 
     def rate(self, x: ca.SX) -> ca.SX:
@@ -135,6 +158,6 @@ class Estimation(Ocp):
         """Measurements of a simulated run."""
         rng = np.random.default_rng(7)
         x = ca.SX(ca.DM(self.TRUTH))
-        for k in range(1, len(parameters.values)):
+        for k in range(len(parameters.values)):
             parameters["pressure"][k] = float(ca.evalf(ca.sum1(x))) + 0.1 * rng.standard_normal()
-            x = rk4(self.rate, x, 0.1)
+            x = integrate(self.rate, x, 0.1)

@@ -3,10 +3,11 @@
 import casadi as ca
 import numpy as np
 
+from palanquin.integrators import integrate
 from palanquin.named_array import NamedArray
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds, free_constant, free_duration, rk4
+from palanquin.problems.collection.statements import free_duration
 
 
 class GoddardRocket(Ocp):
@@ -26,21 +27,21 @@ class GoddardRocket(Ocp):
         problem = Problem(horizon=50, dt=1.0, name=self.name)
         height, v = problem.state("height", 1), problem.state("speed", 1)
         m, u = problem.state("mass", 1), problem.input("thrust", 1)
-        h = free_constant(problem, "duration", 0.05, 1.0) / problem.horizon
+        h = problem.constant("duration", lower=0.05, upper=1.0) / problem.horizon
 
         def rate(x: ca.SX) -> ca.SX:
             radius = 1 + x[0] / 100
             drag = 310 * x[1] ** 2 * ca.exp(-5 * x[0])
             return ca.vertcat(100 * x[1], (u - drag) / x[2] - 1 / radius**2, -2 * u)
 
-        following = rk4(rate, ca.vertcat(height, v, m), h)
+        following = integrate(rate, ca.vertcat(height, v, m), h)
         problem.dynamics(height, following[0])
         problem.dynamics(v, following[1])
         problem.dynamics(m, following[2])
         problem.cost("height", -height, at="terminal")
         problem.residual("smooth", u, weight=1e-6)
-        bounds(problem, "thrust", u, 0, 3.5)
-        bounds(problem, "fuel", m, 0.6, 1, at="all")
+        problem.bound("thrust", u, 0, 3.5)
+        problem.bound("fuel", m, 0.6, 1, at="all")
         return problem
 
 
@@ -67,7 +68,7 @@ class OrbitTransfer(Ocp):
             out = x[2] ** 2 / x[0] - 1 / x[0] ** 2 + a * ca.sin(b)
             return ca.vertcat(x[1], out, -x[1] * x[2] / x[0] + a * ca.cos(b))
 
-        following = rk4(rate, ca.vertcat(r, v), problem.dt)
+        following = integrate(rate, ca.vertcat(r, v), problem.dt)
         problem.dynamics(r, following[0])
         problem.dynamics(v, following[1:])
         problem.cost("radius", -r, at="terminal")
@@ -102,13 +103,13 @@ class MoonLander(Ocp):
         def rate(x: ca.SX) -> ca.SX:
             return ca.vertcat(x[1], u / x[2] - 1.62, -u / 20)
 
-        following = rk4(rate, ca.vertcat(height, v, m), h)
+        following = integrate(rate, ca.vertcat(height, v, m), h)
         problem.dynamics(height, following[0])
         problem.dynamics(v, following[1])
         problem.dynamics(m, following[2])
         problem.cost("fuel", -10 * m, at="terminal")
         problem.equality("landed", ca.vertcat(height, v), at="terminal")
-        bounds(problem, "thrust", u, 0, 5)
-        bounds(problem, "ground", height, 0, 100, at="all")
-        bounds(problem, "hull", m, 0.5, 2, at="all")
+        problem.bound("thrust", u, 0, 5)
+        problem.bound("ground", height, 0, 100, at="all")
+        problem.bound("hull", m, 0.5, 2, at="all")
         return problem

@@ -1,13 +1,15 @@
 """Vehicles on wheels: to a point, into a parking lot, round a track, into another lane."""
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 
+from palanquin.integrators import integrate
 from palanquin.named_array import NamedArray
 from palanquin.policies import Hard, Penalty
 from palanquin.problem import Problem
 from palanquin.problems.collection.ocp import Ocp
-from palanquin.problems.collection.statements import bounds, rk4
 
 
 class Unicycle(Ocp):
@@ -25,7 +27,7 @@ class Unicycle(Ocp):
         problem = Problem(horizon=30, dt=0.1, name=self.name)
         pose, u = problem.state("pose", 3), problem.input("speeds", 2)
         target = problem.parameter("target", 3, [0.2, 1.0, 0.3])
-        problem.dynamics(pose, rk4(lambda x: self.rate(x, u), pose, problem.dt))
+        problem.dynamics(pose, integrate(lambda x: self.rate(x, u), pose, problem.dt))
         problem.residual("pose", pose - target, weight=[1.0, 1.0, 0.1], at="all")
         problem.residual("speeds", u, weight=0.02)
         sides = ca.vertcat(u - ca.DM(self.FASTEST), -u - ca.DM(self.FASTEST))
@@ -47,7 +49,7 @@ class UnicycleArrival(Unicycle):
     def build(self) -> Problem:
         problem = Problem(horizon=30, dt=0.1, name=self.name)
         pose, u = problem.state("pose", 3), problem.input("speeds", 2)
-        problem.dynamics(pose, rk4(lambda x: self.rate(x, u), pose, problem.dt))
+        problem.dynamics(pose, integrate(lambda x: self.rate(x, u), pose, problem.dt))
         problem.residual("speeds", u, weight=problem.dt)
         problem.equality("arrival", pose - ca.DM([0.2, 1.0, 0.3]), at="terminal")
         return problem
@@ -77,13 +79,13 @@ class Parking(Ocp):
             turn = u[0] * ca.tan(x[3]) / self.WHEELBASE
             return ca.vertcat(u[0] * ca.cos(x[2]), u[0] * ca.sin(x[2]), turn, u[1])
 
-        following = rk4(rate, ca.vertcat(pose, steering), problem.dt)
+        following = integrate(rate, ca.vertcat(pose, steering), problem.dt)
         problem.dynamics(pose, following[:3])
         problem.dynamics(steering, following[3])
         problem.residual("inputs", u, weight=[1.0, 0.2])
         problem.equality("parked", ca.vertcat(pose, steering), at="terminal")
-        bounds(problem, "inputs", u, [-1.5, -1], [1.5, 1])
-        bounds(problem, "steering", steering, -0.6, 0.6, at="all")
+        problem.bound("inputs", u, [-1.5, -1], [1.5, 1])
+        problem.bound("steering", steering, -0.6, 0.6, at="all")
         heading = ca.vertcat(ca.cos(pose[2]), ca.sin(pose[2]))
         axles = (pose[:2], pose[:2] + self.WHEELBASE * heading)
         gaps = [
@@ -118,15 +120,15 @@ class RaceCar(Ocp):
             turn = v * ca.tan(d) - curvature * along
             return ca.vertcat(v * ca.sin(m), turn, u, 1) / along
 
-        problem.dynamics(x, rk4(rate, x, problem.dt))
+        problem.dynamics(x, integrate(rate, x, problem.dt))
         problem.cost("time", x[4], at="terminal")
         problem.residual("inputs", u, weight=1e-4)
-        moving = {"active": 1 - problem.parameter("measured_knot"), "at": "all"}
-        bounds(problem, "edges", x[0], -1.5, 1.5, **moving)
-        bounds(problem, "speed", x[2], 0.5, 12, **moving)
-        bounds(problem, "steering", x[3], -0.5, 0.5, **moving)
-        bounds(problem, "grip", x[2] ** 2 * ca.tan(x[3]), -5, 5, **moving)
-        bounds(problem, "inputs", u, [-6, -2], [3, 2])
+        moving: dict[str, Any] = {"active": 1 - problem.parameter("measured_knot"), "at": "all"}
+        problem.bound("edges", x[0], -1.5, 1.5, **moving)
+        problem.bound("speed", x[2], 0.5, 12, **moving)
+        problem.bound("steering", x[3], -0.5, 0.5, **moving)
+        problem.bound("grip", x[2] ** 2 * ca.tan(x[3]), -5, 5, **moving)
+        problem.bound("inputs", u, [-6, -2], [3, 2])
         return problem
 
     def fill(self, parameters: NamedArray, measured: NamedArray) -> None:
@@ -161,15 +163,15 @@ class LaneChange(Ocp):
             turn = v * ca.tan(x[3]) / self.WHEELBASE
             return ca.vertcat(v * ca.cos(x[2]), v * ca.sin(x[2]), turn, r)
 
-        following = rk4(rate, ca.vertcat(pose, d), problem.dt)
+        following = integrate(rate, ca.vertcat(pose, d), problem.dt)
         problem.dynamics(pose, following[:3])
         problem.dynamics(d, following[3])
         problem.residual("comfort", ca.vertcat(d, r), weight=[10.0, 1.0])
         problem.residual("lane", pose[1], weight=0.01, at="all")
         problem.residual("end", ca.vertcat(pose[1:], d), weight=10.0, at="terminal")
         lower, upper = problem.parameter("lower"), problem.parameter("upper")
-        bounds(problem, "corridor", pose[1], lower, upper, at="all")
-        bounds(problem, "rate", r, -0.6, 0.6)
+        problem.bound("corridor", pose[1], lower, upper, at="all")
+        problem.bound("rate", r, -0.6, 0.6)
         acceleration = v**2 * ca.tan(d) / self.WHEELBASE
         sides = ca.vertcat(acceleration - 4, -acceleration - 4)
         problem.inequality("grip", sides, Penalty(stiffness=10.0, smoothing=0.01), at="all")

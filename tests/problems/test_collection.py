@@ -161,6 +161,8 @@ SOLVED = {
     "quadrotor": "multipliers",
     "slacks": "multipliers",
     "spring_masses": "multipliers",
+    "periodic_pendulum": "structured",
+    "stiff_oscillator": "structured",
     "van_der_pol": "multipliers",
 }
 
