@@ -6,9 +6,10 @@
 namespace palanquin::planning {
 
 namespace {
-std::string with_number(const char* format, double value) {
-  char text[96];
-  std::snprintf(text, sizeof text, format, value);
+/// With three significant digits.
+std::string to_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
   return text;
 }
 }  // namespace
@@ -49,12 +50,12 @@ std::string Event::reason(const std::string& message) const {
     case EventKind::Restart:
       return "solves in a row without a usable plan: " + std::to_string(count);
     case EventKind::MissedDeadline:
-      return with_number("the plan was ready %.3g ms too late", 1e3 * value);
+      return "the plan was ready " + to_text(1e3 * value) + " ms too late";
     case EventKind::SafeStop:
       return "plans in a row that failed or came late: " + std::to_string(count);
     default:
-      return iteration + with_number(": step length %.3g", value) +
-             (damping > 0.0 ? with_number(", damping %.2g", damping) : "") +
+      return iteration + ": step length " + to_text(value) +
+             (damping > 0.0 ? ", damping " + to_text(damping) : "") +
              (is_mirrored ? ", Hessians mirrored" : "");
   }
 }

@@ -137,7 +137,7 @@ class TeamPlanner {
   ReferenceMotion motion_;
   WarmStart warm_start_;
   std::vector<GaitClock> clocks_;
-  SingleUser user_;
+  SingleUser user_{"planner"};
 
   Pose reference_;
   Velocity command_;
