@@ -84,7 +84,7 @@ def record(scenario: BarScenario, count: int) -> list[RecordedQp]:
 def _walk(loop: Loop) -> Iterator[RecordedQp]:
     """The last QP of each planning period of each robot, once they trot."""
     limits = {
-        name: np.array([body.effort for body in robot.bodies if np.any(body.axis)])
+        name: np.array([body.effort for body in robot.bodies() if np.any(body.axis)])
         for name, robot in loop.scene.descriptions.items()
     }
     simulation = loop.simulation

@@ -15,7 +15,7 @@ from palanquin.cli.default_command import DEFAULT
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "stand.json"
 NUMBER = re.compile(r"\bint\b|\bfloat\b")
-NEEDED = {"solve": [str(CASE)], "demo": ["trot"], "teleop": ["trot"]}
+NEEDED = {"check": ["cart_pole"], "solve": [str(CASE)], "demo": ["trot"], "teleop": ["trot"]}
 
 
 def commands(group=app, words=()):

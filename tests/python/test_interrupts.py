@@ -19,6 +19,7 @@ CASES = Path(__file__).parents[1] / "data" / "cases"
 # function is called in which the command spends its time.
 INTERRUPTED = """
 import importlib, os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 module, name = sys.argv[1].rsplit(".", 1)
 owner = importlib.import_module(module)
 original = getattr(owner, name)
@@ -29,6 +30,14 @@ setattr(owner, name, interrupted)
 from palanquin.cli import app
 app(sys.argv[2:])
 """
+
+
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Jobs in the background of a shell start with interrupts ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 def interrupted(where, *arguments, cwd):

@@ -1,5 +1,6 @@
 """The extension palanquin._sim: shapes that it takes, and what it keeps alive."""
 
+import contextlib
 import gc
 import math
 import threading
@@ -152,7 +153,11 @@ def test_settings_within_settings_are_written():
 def test_a_second_thread_is_refused_in_words():
     team = simulation()
     targets = standing_targets(team)
-    runner = threading.Thread(target=team.run, args=(1000, targets))
+
+    def run():  # a getter of the other thread may be first
+        with contextlib.suppress(RuntimeError):
+            team.run(2000, targets)
+
     getters = {
         "time": lambda: team.time,
         "fall": lambda: team.fall,
@@ -165,14 +170,18 @@ def test_a_second_thread_is_refused_in_words():
         "run": lambda: team.run(0, targets),
     }
     refused = {}
-    runner.start()
-    while runner.is_alive() and len(refused) < len(getters):
-        for name, get in getters.items():
-            try:
-                get()
-            except RuntimeError as error:
-                refused[name] = str(error)
-    runner.join()
+    for _ in range(20):
+        if len(refused) == len(getters):
+            break
+        runner = threading.Thread(target=run)
+        runner.start()
+        while runner.is_alive() and len(refused) < len(getters):
+            for name in getters.keys() - refused.keys():
+                try:
+                    getters[name]()
+                except RuntimeError as error:
+                    refused[name] = str(error)
+        runner.join()
     rule = "another thread uses this team simulation; a team simulation serves one thread at a time"
     assert {name: words.rpartition(": ")[2] for name, words in refused.items()} == dict.fromkeys(
         getters, rule

@@ -61,6 +61,8 @@ void bind_robot(nb::module_& m) {
       .def(nb::init<std::vector<BodyDescription>, std::vector<LimbDescription>>(), "bodies"_a,
            "limbs"_a)
       .def(
+          "bodies", [](const RobotDescription& robot) { return robot.bodies; }, "Copies.")
+      .def(
           "limbs", [](const RobotDescription& robot) { return robot.limbs; }, "Copies.")
       .def("explain_invalid", &RobotDescription::explain_invalid);
   nb::class_<RobotState>(m, "RobotState", "What is measured of a robot; see robot_state.hpp.")

@@ -15,6 +15,7 @@ from palanquin.cli.console import (
     show_progress_of_lowering,
     write_json,
 )
+from palanquin.schema import LAST_SEED
 
 
 def check(
@@ -30,7 +31,7 @@ def check(
     points: Annotated[
         int, typer.Option(min=0, max=100, help="Random points besides the start's knots.")
     ] = 2,
-    seed: Annotated[int, typer.Option(min=0, help="Of those.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of those.")] = 0,
     quick: Annotated[
         bool,
         typer.Option("--quick", help="Only what the SQP uses; not exact Hessians, nor Ipopt's."),
