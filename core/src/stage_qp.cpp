@@ -1,6 +1,7 @@
 #include "palanquin/core/stage_qp.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace palanquin {
@@ -48,6 +49,11 @@ Eigen::VectorXd link_residual(const QpStage& stage, const Eigen::VectorXd& w_pre
 }
 
 }  // namespace
+
+int new_pattern() {
+  static std::atomic<int> next{0};
+  return next++;
+}
 
 void StageQpSolution::resize(const StageQp& qp) {
   for (auto* list :

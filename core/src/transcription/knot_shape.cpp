@@ -1,43 +1,14 @@
 #include "palanquin/core/transcription/knot_shape.hpp"
 
 #include <algorithm>
-#include <atomic>
+
+#include "transcription/sizes.hpp"
 
 namespace palanquin {
 
 namespace {
-
-constexpr int kConstant = -1;    // a term whose value is 1
-constexpr int kStructural = -2;  // a term that only makes room in the pattern
-
-/// One term of a reduced matrix before its pattern is known.
-struct Term {
-  int row, column, source, slope_a, slope_b;
-};
-
-/// Sorts terms into a pattern; terms that meet in one entry add up.
-void assemble(std::vector<Term> terms, int rows, int cols, SparseBlock& block, Gather& gather) {
-  std::stable_sort(terms.begin(), terms.end(), [](const Term& a, const Term& b) {
-    return a.column != b.column ? a.column < b.column : a.row < b.row;
-  });
-  block.begin(rows);
-  gather = {};
-  std::size_t next = 0;
-  for (int column = 0; column < cols; ++column) {
-    int last_row = -1;
-    for (; next < terms.size() && terms[next].column == column; ++next) {
-      const Term& t = terms[next];
-      if (t.row != last_row) block.push(t.row);
-      last_row = t.row;
-      if (t.source != kStructural)
-        gather.entries.push_back(
-            {static_cast<int>(block.values.size()) - 1, t.source, t.slope_a, t.slope_b});
-    }
-    block.end_column();
-  }
+using Term = GatherTerm;
 }
-
-}  // namespace
 
 // ---- columns ----------------------------------------------------------------------------------
 
@@ -156,21 +127,10 @@ void build_rows(const Sparsity& pattern, const ColumnMap& columns, const std::ve
 void build_hessian(const Sparsity& pattern, const ColumnMap& columns, bool dense, int stride,
                    SparseBlock& block, Gather& gather) {
   std::vector<Term> terms;
-  for (int j = 0; j < pattern.cols; ++j)
-    for (int n = pattern.column_start[j]; n < pattern.column_start[j + 1]; ++n) {
-      const int i = pattern.row_index[n];
-      for (const auto* a = columns.begin(i); a != columns.end(i); ++a)
-        for (const auto* b = columns.begin(j); b != columns.end(j); ++b) {
-          // The stored (i, j) stands for (j, i) too, which lands at (b, a).
-          if (a->column >= b->column)
-            terms.push_back({a->column, b->column, n, a->slope, b->slope});
-          if (i != j && b->column >= a->column)
-            terms.push_back({b->column, a->column, n, b->slope, a->slope});
-        }
-    }
+  add_congruence_terms(pattern, columns, terms);
   for (int c = 0; c < columns.nw(); ++c)
     for (int r = c; r < (dense ? columns.nw() : c + 1); ++r)
-      terms.push_back({r, c, kStructural, -1, -1});
+      terms.push_back({r, c, Term::kStructural, -1, -1});
   assemble(std::move(terms), columns.nw(), columns.nw(), block, gather);
   gather.separate_copies(block.nnz(), stride);
 }
@@ -222,7 +182,7 @@ void build_equalities(const LoweredProblem& problem, const Sparsity& equality,
     std::vector<Term> terms;
     for (std::size_t other = 0; other < parts.size(); ++other)
       for (Term t : parts[other]) {
-        if (other != part) t.source = kStructural;
+        if (other != part) t.source = Term::kStructural;
         terms.push_back(t);
       }
     assemble(std::move(terms), rows, columns.nw(), shape.pattern.equality_jacobian, *recipes[part]);
@@ -247,10 +207,11 @@ void build_dynamics(const LoweredProblem& problem, const ColumnMap& columns, con
   for (int b = 0; b < blocks; ++b)
     if (next.first_column(b) >= problem.ndx() && next.first_column(b) < next.nx)
       for (int i = 0; i < next.column_count(b); ++i)
-        terms.push_back({next.first_column(b) + i, columns.first_column(b) + i, kConstant, -1, -1});
+        terms.push_back(
+            {next.first_column(b) + i, columns.first_column(b) + i, Term::kConstant, -1, -1});
   int remembered = next.first_memory();
   for (int column : next.memory())
-    terms.push_back({remembered++, columns.with_memory(column), kConstant, -1, -1});
+    terms.push_back({remembered++, columns.with_memory(column), Term::kConstant, -1, -1});
   assemble(std::move(terms), next.nx, columns.nw(), shape.pattern.dynamics, shape.dynamics);
   shape.dynamics.separate_copies(shape.pattern.dynamics.nnz(), stride);
 
@@ -298,8 +259,7 @@ const KnotShape& ShapeTable::find(const KnotSignature* previous, const KnotSigna
   std::unique_ptr<KnotShape>& shape = shapes_[{previous, knot, next}];
   if (shape == nullptr) {
     shape = make(previous, *knot, next);
-    static std::atomic<int> next_pattern{0};
-    shape->pattern.pattern = next_pattern++;
+    shape->pattern.pattern = new_pattern();
   }
   return *shape;
 }

@@ -50,6 +50,9 @@ struct QpStage {
   Eigen::VectorXd link_value;  ///< [nc]
 };
 
+/// An id for QpStage::pattern that nobody in the process has had. Any thread.
+int new_pattern();
+
 /// The stage-structured quadratic program with penalties that every SQP step solves:
 ///
 ///   min   sum_{k=0}^{N} 1/2 w_k'H_k w_k + g_k'w_k + sum_j S_kj(h_kj + J_kj w_k)

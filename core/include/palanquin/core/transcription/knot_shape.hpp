@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "palanquin/core/gather.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 #include "palanquin/core/sparse_block.hpp"
 #include "palanquin/core/stage_qp.hpp"
@@ -28,30 +29,6 @@ struct KnotSignature {
   std::array<std::vector<char>, 3> active;  ///< per RowKind, [groups]
   std::vector<char> is_hard;                ///< policies of the inequality groups
   auto operator<=>(const KnotSignature&) const = default;
-};
-
-/// value[destination] += source value * slope_a * slope_b, where a negative slope index means 1.
-struct GatherEntry {
-  int destination;
-  int source;  ///< negative: the constant 1
-  int slope_a;
-  int slope_b;
-};
-
-/// How the values of a reduced matrix follow from those of a lowered result and the chart's slopes.
-/// Roles drop columns and flags rows, so most values are copied.
-struct Gather {
-  std::vector<int> sources;  ///< per destination: the value to copy, or 0 where none is
-  std::vector<int> cleared;  ///< those destinations: zero plus what `entries` add
-  std::vector<GatherEntry> entries;
-
-  /// Moves what can be copied from `entries` to `sources`; call once when the recipe for `size`
-  /// values is complete. Neighbouring source values will be `stride` apart.
-  void separate_copies(int size, int stride = 1);
-  /// Writes every value of `destination`. `source` has at least one value.
-  void write(const double* source, const double* slopes, double* destination) const;
-  /// Adds `entries` alone to `destination`.
-  void add(const double* source, const double* slopes, double* destination) const;
 };
 
 /// The reduced variables of one knot: dz = T(slopes) w, T stored by columns of dz.

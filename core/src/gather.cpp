@@ -1,6 +1,7 @@
-#include <algorithm>
+#include "palanquin/core/gather.hpp"
 
-#include "palanquin/core/transcription/knot_shape.hpp"
+#include <algorithm>
+#include <cstddef>
 
 namespace palanquin {
 
@@ -43,6 +44,28 @@ void Gather::add(const double* source, const double* slopes, double* destination
     if (e.slope_a >= 0) value *= slopes[e.slope_a];
     if (e.slope_b >= 0) value *= slopes[e.slope_b];
     destination[e.destination] += value;
+  }
+}
+
+void assemble(std::vector<GatherTerm> terms, int rows, int cols, SparseBlock& block,
+              Gather& gather) {
+  std::stable_sort(terms.begin(), terms.end(), [](const GatherTerm& a, const GatherTerm& b) {
+    return a.column != b.column ? a.column < b.column : a.row < b.row;
+  });
+  block.begin(rows);
+  gather = {};
+  std::size_t next = 0;
+  for (int column = 0; column < cols; ++column) {
+    int last_row = -1;
+    for (; next < terms.size() && terms[next].column == column; ++next) {
+      const GatherTerm& t = terms[next];
+      if (t.row != last_row) block.push(t.row);
+      last_row = t.row;
+      if (t.source != GatherTerm::kStructural)
+        gather.entries.push_back(
+            {static_cast<int>(block.values.size()) - 1, t.source, t.slope_a, t.slope_b});
+    }
+    block.end_column();
   }
 }
 
