@@ -72,15 +72,24 @@ void Nlp::lay_out(const TranscriptionWorkspace& rows, bool penalize) {
     };
     knot.equality = active(RowKind::Equality);
     knot.inequality = active(RowKind::Inequality);
-    if (running) knot.link = active(RowKind::Link);
-    for (int row : knot.inequality) {
+    const auto policy_of = [&](int row) {
       const auto& groups = problem_.rows(signature.stage, RowKind::Inequality);
       const auto group = std::find_if(groups.begin(), groups.end(),
                                       [&](const RowGroup& g) { return row < g.offset + g.size; });
-      const Policy policy = rows.inputs().policies().get(problem_, group->family);
-      const bool soft = penalize && policy.kind != PolicyKind::Hard;
-      knot.policy.push_back(policy);
-      knot.slack.push_back(soft ? variables_++ : -1);
+      return rows.inputs().policies().get(problem_, group->family);
+    };
+    const auto is_soft = [&](int row) {
+      return penalize && policy_of(row).kind != PolicyKind::Hard;
+    };
+    if (k == 0) {
+      const std::vector<char> given = over_measured_states(problem_, signature);
+      std::erase_if(knot.inequality,
+                    [&](int row) { return given[static_cast<std::size_t>(row)] && !is_soft(row); });
+    }
+    if (running) knot.link = active(RowKind::Link);
+    for (int row : knot.inequality) {
+      knot.policy.push_back(policy_of(row));
+      knot.slack.push_back(is_soft(row) ? variables_++ : -1);
     }
     if (running) {
       knot.dynamics_row = rows_;

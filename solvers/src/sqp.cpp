@@ -456,6 +456,7 @@ void Sqp::close(IterationRecord& record) {
   }
   history_.push_back(record);
 }
+  if (status_ != Status::NotSolved) mention_measured_rows();
 
 void Sqp::update_damping(const IterationRecord& record) {
   if (!settings_.globalize || record.step == StepKind::Restored) return;

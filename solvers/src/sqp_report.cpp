@@ -74,6 +74,19 @@ std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
                                         trajectory);
 }
 
+/// Hard rows over the measured state alone are no plan's fault; the message names the worst one.
+void Sqp::mention_measured_rows() {
+  const KnotShape& first = transcription_.shape(0);
+  const std::vector<double>& values = transcription_.values(0).inequality;
+  const auto value = [&](int row) { return values[static_cast<std::size_t>(row)]; };
+  const auto worst = std::max_element(first.measured_rows.begin(), first.measured_rows.end(),
+                                      [&](int a, int b) { return value(a) < value(b); });
+  if (worst == first.measured_rows.end() || !(value(*worst) > settings_.equality_tolerance)) return;
+  message_ += "; the measured state itself violates " +
+              transcription_.problem().row_name(first.stage, RowKind::Inequality, *worst, 0) +
+              " by " + std::to_string(value(*worst));
+}
+
 Status Sqp::status() const {
   const auto use = user_.read("status");
   return status_;

@@ -88,6 +88,7 @@ void add_rows(const LoweredProblem& problem, const KnotRows& rows, const KnotVal
   });
   add(rows.inequality_rows, values.inequality, RowKind::Inequality,
       [&](std::size_t i) { return entry(multipliers.inequality, knot, i); });
+  add(rows.measured_rows, values.inequality, RowKind::Inequality, [](std::size_t) { return 0.0; });
   add(rows.equality_rows, values.equality, RowKind::Equality,
       [&](std::size_t i) { return entry(multipliers.equality, knot, i); });
   // A solver has link rows as such, or as equality rows of the later knot.
@@ -170,7 +171,8 @@ std::map<std::string, double> violations(const TranscriptionModel& model,
     const KnotRows& rows = *at.rows()[k];
     const auto& groups = model.problem().rows(rows.stage, RowKind::Inequality);
     for (const RowGroup& group : groups) worst.emplace(group.family, 0.0);
-    for (const std::vector<int>* kind : {&rows.penalty_rows, &rows.inequality_rows})
+    for (const std::vector<int>* kind :
+         {&rows.penalty_rows, &rows.inequality_rows, &rows.measured_rows})
       for (int row : *kind) {
         const RowGroup& group = group_of(groups, row);
         double& entry = worst.at(group.family);

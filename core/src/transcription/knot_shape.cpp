@@ -75,6 +75,21 @@ std::vector<int> active_rows(const std::vector<RowGroup>& groups, const std::vec
 
 }  // namespace
 
+std::vector<char> over_measured_states(const LoweredProblem& problem, const KnotSignature& first) {
+  std::vector<char> on_states(size_of(problem.row_count(StageKind::Running, RowKind::Inequality)));
+  std::vector<char> on_others(on_states.size());
+  const Sparsity& pattern = problem.running_linear.result(9);
+  for (std::size_t i = 0; i < problem.blocks().size(); ++i) {
+    const BlockInfo& b = problem.blocks()[i];
+    auto& seen = first.role[i] == Role::State ? on_states : on_others;
+    for (int j = b.tangent_offset; j < b.tangent_offset + b.tangent_size; ++j)
+      for (int n = pattern.column_start[size_of(j)]; n < pattern.column_start[size_of(j + 1)]; ++n)
+        seen[size_of(pattern.row_index[size_of(n)])] = 1;
+  }
+  for (std::size_t i = 0; i < on_states.size(); ++i) on_states[i] = on_states[i] && !on_others[i];
+  return on_states;
+}
+
 KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature, bool is_linked)
     : stage(signature.stage) {
   const auto rows = [&](RowKind kind, auto wanted) {
@@ -85,6 +100,13 @@ KnotRows::KnotRows(const LoweredProblem& problem, const KnotSignature& signature
   const auto is_hard = [&](std::size_t g) { return signature.is_hard[g] != 0; };
   equality_rows = rows(RowKind::Equality, all);
   inequality_rows = rows(RowKind::Inequality, is_hard);
+  if (signature.is_measured) {
+    const std::vector<char> given = over_measured_states(problem, signature);
+    const auto first = std::stable_partition(inequality_rows.begin(), inequality_rows.end(),
+                                             [&](int row) { return !given[size_of(row)]; });
+    measured_rows.assign(first, inequality_rows.end());
+    inequality_rows.erase(first, inequality_rows.end());
+  }
   penalty_rows = rows(RowKind::Inequality, [&](std::size_t g) { return !is_hard(g); });
   if (stage == StageKind::Running) (is_linked ? link_rows : own_links) = rows(RowKind::Link, all);
 }

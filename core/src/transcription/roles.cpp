@@ -129,6 +129,9 @@ const KnotSignature* KnotRoles::resolve_signature(int knot, const RowPolicies& p
     for (std::size_t g = 0; g < groups.size(); ++g) active[g] = has_row(knot, kind, g);
   }
   s.is_hard = policies.at(s.stage).is_hard;
+  const std::vector<char>& rows = s.active[static_cast<std::size_t>(RowKind::Inequality)];
+  for (std::size_t g = 0; g < rows.size(); ++g)
+    s.is_measured = s.is_measured || (knot == 0 && rows[g] != 0 && s.is_hard[g] != 0);
   return &*kept_.insert(s).first;
 }
 

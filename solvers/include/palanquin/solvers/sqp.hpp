@@ -161,6 +161,7 @@ class Sqp {
   std::string describe_worst_rows(const RowMatrix& trajectory) const;
   std::string describe_contradiction();
   void finish_non_finite(NonFinite found);
+  void mention_measured_rows();
   void finish(Status status, std::string_view message);
 
   SqpSettings settings_;

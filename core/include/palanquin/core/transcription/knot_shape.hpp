@@ -28,6 +28,8 @@ struct KnotSignature {
   std::vector<char> charted;                ///< [blocks]
   std::array<std::vector<char>, 3> active;  ///< per RowKind, [groups]
   std::vector<char> is_hard;                ///< policies of the inequality groups
+  /// Whether its states are given and rows are hard: those over states alone ask nothing.
+  bool is_measured = false;
   auto operator<=>(const KnotSignature&) const = default;
 };
 
@@ -75,6 +77,10 @@ class ColumnMap {
   std::vector<int> first_column_, column_count_, memory_;
 };
 
+/// Of the inequality rows at the first knot: whether a row looks at states that were measured, not
+/// free, and at nothing else. Such a row asks nothing of a plan.
+std::vector<char> over_measured_states(const LoweredProblem& problem, const KnotSignature& first);
+
 /// The lowered rows that one knot has.
 struct KnotRows {
   KnotRows() = default;
@@ -86,6 +92,7 @@ struct KnotRows {
   std::vector<int> own_links;  ///< link rows stated as equality rows, behind the stage's own
   std::vector<int> penalty_rows;
   std::vector<int> inequality_rows;  ///< hard ones
+  std::vector<int> measured_rows;    ///< hard ones over given states alone, which no plan changes
   std::vector<int> link_rows;
 };
 
