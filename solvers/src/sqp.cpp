@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "multiplier_shift.hpp"
 #include "palanquin/core/diagnosis/non_finite.hpp"
 #include "palanquin/core/diagnosis/violations.hpp"
 #include "palanquin/core/finite.hpp"
@@ -164,6 +165,7 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   transcription_.set_policies(policies_);
   transcription_.set_parameters(parameters);
   transcription_.set_measured(measured);
+  if (has_hard_rows(transcription_.qp())) shift_multipliers(find_shift(iterate_, guess), solution_);
   iterate_ = guess;
   transcription_.project(iterate_);
   if (NonFinite bad = find_non_finite(transcription_.problem(), iterate_); bad.found) {
