@@ -432,8 +432,7 @@ std::string Sqp::describe_contradiction() {
   if (nearest == nullptr) return "";
   transcription_.step(iterate_, *nearest, 1.0, trial_);
   transcription_.place_initial_state(trial_);
-  const bool is_nearer =
-      transcription_.evaluate(trial_).infeasibility <= evaluation_.infeasibility;
+  const bool is_nearer = transcription_.evaluate(trial_).infeasibility <= evaluation_.infeasibility;
   return "; " + describe_worst_rows(is_nearer ? trial_ : iterate_);
 }
 
@@ -457,8 +456,8 @@ void Sqp::close(IterationRecord& record) {
       update_damping(record);
   }
   history_.push_back(record);
-}
   if (status_ != Status::NotSolved) mention_measured_rows();
+}
 
 void Sqp::update_damping(const IterationRecord& record) {
   if (!settings_.globalize || record.step == StepKind::Restored) return;
