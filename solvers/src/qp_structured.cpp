@@ -31,10 +31,16 @@ std::string StructuredQpSettings::explain_invalid() const {
 
 namespace {
 
-bool is_supported(const StageQp& qp) {
-  return std::all_of(qp.stages.begin(), qp.stages.end(), [](const QpStage& stage) {
-    return stage.inequality_jacobian.rows == 0 && stage.link_jacobian.rows == 0;
-  });
+/// Hard rows are taken where the model replaces them.
+bool is_supported(const StageQp& qp, const PenaltyModel& model) {
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const QpStage& stage = qp.stages[k];
+    const bool has_hard_rows = stage.inequality_jacobian.rows > 0;
+    const bool has_model =
+        k < model.slope.size() && model.slope[k].size() > stage.penalty_jacobian.rows;
+    if (stage.link_jacobian.rows > 0 || (has_hard_rows && !has_model)) return false;
+  }
+  return true;
 }
 
 bool is_finite(const std::vector<double>& values) {
@@ -66,9 +72,10 @@ void check_model(const StageQp& qp, const PenaltyModel& model) {
   check_size("model.slope", static_cast<Eigen::Index>(model.slope.size()), stages);
   check_size("model.curvature", static_cast<Eigen::Index>(model.curvature.size()), stages);
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    check_size("model.slope of a knot", model.slope[k].size(), qp.stages[k].penalty_jacobian.rows);
-    check_size("model.curvature of a knot", model.curvature[k].size(),
-               qp.stages[k].penalty_jacobian.rows);
+    const Eigen::Index rows =
+        qp.stages[k].penalty_jacobian.rows + qp.stages[k].inequality_jacobian.rows;
+    check_size("model.slope of a knot", model.slope[k].size(), rows);
+    check_size("model.curvature of a knot", model.curvature[k].size(), rows);
   }
 }
 
@@ -156,7 +163,7 @@ QpStatus StructuredQpSolver::factorize(const StageQp& qp, const PenaltyModel& mo
   Stopwatch stopwatch;
   Workspace& work = *workspace_;
   work.factorized = nullptr;
-  if (!is_supported(qp)) return QpStatus::Unsupported;
+  if (!is_supported(qp, model)) return QpStatus::Unsupported;
   if (!work.is_analyzed(qp)) work.analyze(qp);
   check_model(qp, model);
   keep_model(model, work.model);
@@ -225,6 +232,11 @@ QpStatus StructuredQpSolver::resolve(const StageQp& qp, const PenaltyModel& mode
   update_ms_ = stopwatch.lap_ms();
   const QpStatus answer = is_usable(status) ? feedback(qp.initial_state, solution) : status;
   return answer == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : answer;
+}
+
+void StructuredQpSolver::set_regularization(double regularization) {
+  if (workspace_->settings.regularization != regularization) workspace_->factorized = nullptr;
+  workspace_->settings.regularization = regularization;
 }
 
 Eigen::MatrixXd StructuredQpSolver::input_gain(int k) const {

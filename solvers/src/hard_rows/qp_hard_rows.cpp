@@ -12,6 +12,9 @@ namespace {
 
 /// Of the interior point's products, where its active set is tried out.
 constexpr double kGoals[] = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12};
+/// Of the cost's largest curvature: what inputs without cost get, so that their gradient is wrong
+/// by no more than this share of their size.
+constexpr double kTiniest = 1e-9;
 constexpr double kUsable = 1e-4;  ///< violation at which an unfinished point may be used
 constexpr int kPolish = 6;        ///< recursions for that
 
@@ -29,7 +32,10 @@ StructuredQpSettings with_stiff_rows(StructuredQpSettings settings) {
 class HardRowsQpSolver final : public QpSolver {
  public:
   HardRowsQpSolver(const MultipliersSettings& settings, const StructuredQpSettings& structured)
-      : settings_(settings), solver_(structured), recursion_(with_stiff_rows(structured)) {}
+      : settings_(settings),
+        solver_(structured),
+        recursion_(with_stiff_rows(structured)),
+        regularization_(structured.regularization) {}
 
   std::string_view name() const override { return "structured"; }
   QpCapabilities capabilities() const override {
@@ -81,7 +87,12 @@ class HardRowsQpSolver final : public QpSolver {
     update_ms_ = 0.0;
     has_hard_rows_ = true;
     rows_.take(qp, model);
-    const QpStatus status = run(solution);
+    recursion_.set_regularization(regularization_);
+    QpStatus status = run(solution);
+    if (status == QpStatus::FactorizationFailed) {
+      recursion_.set_regularization(regularization_ + kTiniest * rows_.largest_curvature());
+      status = run(solution);
+    }
     if (is_usable(status)) solution = point_;
     is_infeasible_ = status == QpStatus::PrimalInfeasible;
     solve_ms_ = stopwatch.lap_ms() - update_ms_;
@@ -135,6 +146,7 @@ class HardRowsQpSolver final : public QpSolver {
   MultipliersSettings settings_;
   StructuredQpSolver solver_;     ///< of QPs without hard rows
   StructuredQpSolver recursion_;  ///< of those with, relaxed
+  double regularization_;
   RelaxedQp rows_;
   MultiplierMethod multipliers_{settings_, recursion_, rows_};
   InteriorPoint interior_{recursion_, rows_};

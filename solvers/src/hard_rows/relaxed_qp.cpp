@@ -9,13 +9,6 @@ namespace {
 /// Rows over variables without cost get at least this share of the cost's largest curvature.
 constexpr double kFlat = 1e-3;
 
-/// Appends column `j` of `block`, its rows moved down by `shift`.
-void append_column(const SparseBlock& block, int j, int shift, SparseBlock& target) {
-  if (j >= block.cols) return;  // a block without rows may have no columns either
-  for (int e = block.column_start[j]; e < block.column_start[j + 1]; ++e)
-    target.push(shift + block.row_index[e], block.values[e]);
-}
-
 /// Entry (j, j) of a lower triangle, its rows ascending.
 double diagonal(const SparseBlock& lower, int j) {
   const int e = lower.column_start[j];
@@ -37,63 +30,34 @@ void RelaxedQp::for_each_knot(Visit&& visit) const {
 
 void RelaxedQp::take(const StageQp& qp, const PenaltyModel& model) {
   original_ = &qp;
-  relaxed_.stages.resize(qp.stages.size());
-  relaxed_.initial_state = qp.initial_state;
-  relaxed_.structure_revision = qp.structure_revision;
   Eigen::Index rows = 0;
   double largest = 0.0;
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    append_rows(qp.stages[k], relaxed_.stages[k]);
     rows += qp.stages[k].inequality_value.size();
     for (int j = 0; j < qp.stages[k].hessian.cols; ++j)
       largest = std::max(largest, diagonal(qp.stages[k].hessian, j));
   }
   Eigen::Index longest = 0, most_rows = 0;
-  for (const QpStage& stage : relaxed_.stages) {
+  for (const QpStage& stage : qp.stages) {
     longest = std::max<Eigen::Index>(longest, stage.nw());
-    most_rows = std::max(most_rows, stage.penalty_value.size());
+    most_rows = std::max({most_rows, stage.penalty_value.size(), stage.inequality_value.size()});
   }
   product_.resize(longest);
   row_product_.resize(most_rows);
   norm_.resize(rows);
   stiffness_.resize(rows);
   stiffness_.setConstant(largest > 0.0 ? kFlat * largest : 1.0);
-  model_.resize(relaxed_);
-  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index) {
+  largest_curvature_ = largest > 0.0 ? largest : 1.0;
+  model_.slope.resize(qp.stages.size());
+  model_.curvature.resize(qp.stages.size());
+  for_each_knot([&](std::size_t k, Eigen::Index first, Eigen::Index rows_here) {
     const Eigen::Index penalties = model.slope[k].size();
+    model_.slope[k].resize(penalties + rows_here);
+    model_.curvature[k].resize(penalties + rows_here);
     model_.slope[k].head(penalties) = model.slope[k];
     model_.curvature[k].head(penalties) = model.curvature[k];
     measure_rows(qp.stages[k], first);
   });
-}
-
-/// Copies all but the hard rows, which follow the penalised ones. Field by field: an assignment of
-/// the whole would free and allocate what then changes its size.
-void RelaxedQp::append_rows(const QpStage& stage, QpStage& relaxed) {
-  relaxed.nx = stage.nx;
-  relaxed.nu = stage.nu;
-  relaxed.nl = stage.nl;
-  relaxed.pattern = -1;  // that of the original has fewer penalised rows
-  for (SparseBlock QpStage::* block :
-       {&QpStage::dynamics, &QpStage::implicit, &QpStage::hessian, &QpStage::equality_jacobian,
-        &QpStage::link_previous, &QpStage::link_jacobian})
-    relaxed.*block = stage.*block;
-  for (Eigen::VectorXd QpStage::* vector :
-       {&QpStage::offset, &QpStage::gradient, &QpStage::equality_value, &QpStage::link_value})
-    relaxed.*vector = stage.*vector;
-
-  const int penalties = stage.penalty_jacobian.rows;
-  SparseBlock& jacobian = relaxed.penalty_jacobian;
-  jacobian.begin(penalties + stage.inequality_jacobian.rows);
-  for (int j = 0; j < stage.nw(); ++j) {
-    append_column(stage.penalty_jacobian, j, 0, jacobian);
-    append_column(stage.inequality_jacobian, j, penalties, jacobian);
-    jacobian.end_column();
-  }
-  relaxed.penalty_value.resize(jacobian.rows);
-  relaxed.penalty_value << stage.penalty_value, stage.inequality_value;
-  relaxed.penalty_policy = stage.penalty_policy;
-  relaxed.penalty_policy.resize(static_cast<std::size_t>(jacobian.rows));
 }
 
 /// Norms of a knot's rows, and their stiffness out of the largest curvature that they meet.
@@ -138,35 +102,35 @@ void RelaxedQp::multiply(const std::vector<Eigen::VectorXd>& dw, Eigen::VectorXd
   });
 }
 
-/// The head of product_ becomes (H + J'curvature J) dw of a knot, J the first `rows` penalised
-/// ones.
+/// The head of product_ becomes (H + J'curvature J) dw of a knot, J the penalised rows and, if
+/// asked for, the hard ones.
 Eigen::Ref<const Eigen::VectorXd> RelaxedQp::multiply_cost(std::size_t k, const Eigen::VectorXd& dw,
-                                                           Eigen::Index rows) {
-  const QpStage& stage = relaxed_.stages[k];
-  const Eigen::Index all = stage.penalty_value.size();
+                                                           bool with_hard_rows) {
+  const QpStage& stage = original_->stages[k];
   auto product = product_.head(stage.nw());
-  auto force = row_product_.head(all);
   product.setZero();
   stage.hessian.multiply_symmetric_add(dw.data(), product.data());
-  force.setZero();
-  stage.penalty_jacobian.multiply_add(dw.data(), force.data());
-  force.array() *= model_.curvature[k].array();
-  force.tail(all - rows).setZero();
-  stage.penalty_jacobian.multiply_transposed_add(force.data(), product.data());
+  const auto add_rows = [&](const SparseBlock& jacobian, Eigen::Index first) {
+    auto force = row_product_.head(jacobian.rows);
+    force.setZero();
+    jacobian.multiply_add(dw.data(), force.data());
+    force.array() *= model_.curvature[k].segment(first, jacobian.rows).array();
+    jacobian.multiply_transposed_add(force.data(), product.data());
+  };
+  add_rows(stage.penalty_jacobian, 0);
+  if (with_hard_rows) add_rows(stage.inequality_jacobian, stage.penalty_jacobian.rows);
   return product;
 }
 
 double RelaxedQp::curvature_along(const std::vector<Eigen::VectorXd>& dw) {
   double sum = 0.0;
-  for (std::size_t k = 0; k < dw.size(); ++k)
-    sum += multiply_cost(k, dw[k], relaxed_.stages[k].penalty_value.size()).dot(dw[k]);
+  for (std::size_t k = 0; k < dw.size(); ++k) sum += multiply_cost(k, dw[k], true).dot(dw[k]);
   return sum;
 }
 
 double RelaxedQp::gradient_change(const std::vector<Eigen::VectorXd>& dw) {
   double sum = 0.0;
-  for (std::size_t k = 0; k < dw.size(); ++k)
-    sum += multiply_cost(k, dw[k], original_->stages[k].penalty_value.size()).lpNorm<1>();
+  for (std::size_t k = 0; k < dw.size(); ++k) sum += multiply_cost(k, dw[k], false).lpNorm<1>();
   return sum;
 }
 

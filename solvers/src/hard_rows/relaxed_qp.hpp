@@ -12,7 +12,7 @@ namespace palanquin {
 ///
 ///   nu_j(w) = base_j + curvature_j h_j(w),
 ///
-/// that is by one more penalised row each: a QP that one Riccati recursion solves. Both methods for
+/// that is by one more quadratic each: a QP that one Riccati recursion solves. Both methods for
 /// hard rows choose base and curvature anew for every recursion. Vectors over rows go knot by knot.
 /// Nothing allocates while the QP's structure stays.
 class RelaxedQp {
@@ -21,8 +21,8 @@ class RelaxedQp {
   void take(const StageQp& qp, const PenaltyModel& model);
 
   Eigen::Index rows() const { return norm_.size(); }
-  /// The QP without hard rows. Its penalised rows are those of the original, then the hard ones.
-  const StageQp& qp() const { return relaxed_; }
+  const StageQp& qp() const { return *original_; }
+  /// Of the penalised rows, then of the hard ones.
   const PenaltyModel& model() const { return model_; }
   void set_forces(const Eigen::VectorXd& base, const Eigen::VectorXd& curvature);
 
@@ -30,6 +30,8 @@ class RelaxedQp {
   /// as much as the cost of the variables that it is over.
   const Eigen::VectorXd& norm() const { return norm_; }
   const Eigen::VectorXd& stiffness() const { return stiffness_; }
+  /// The largest diagonal entry of the cost's Hessian; 1 if none is positive.
+  double largest_curvature() const { return largest_curvature_; }
 
   void evaluate(const std::vector<Eigen::VectorXd>& w, Eigen::VectorXd& h) const;  ///< D w + d
   void multiply(const std::vector<Eigen::VectorXd>& dw, Eigen::VectorXd& change) const;  ///< D dw
@@ -45,15 +47,14 @@ class RelaxedQp {
  private:
   template <typename Visit>
   void for_each_knot(Visit&& visit) const;
-  static void append_rows(const QpStage& stage, QpStage& relaxed);
   void measure_rows(const QpStage& stage, Eigen::Index first);
   Eigen::Ref<const Eigen::VectorXd> multiply_cost(std::size_t k, const Eigen::VectorXd& dw,
-                                                  Eigen::Index rows);
+                                                  bool with_hard_rows);
 
   const StageQp* original_ = nullptr;
-  StageQp relaxed_;
   PenaltyModel model_;
   Eigen::VectorXd norm_, stiffness_;
+  double largest_curvature_ = 1.0;
   Eigen::VectorXd product_, row_product_;  ///< scratch of a knot
 };
 

@@ -164,6 +164,10 @@ bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& mode
   if (work.settings.regularization > 0.0) regularize(work, plan, work.settings.regularization);
   add_rows(work, plan.penalty, stage.penalty_jacobian, model.curvature[k].data(),
            model.slope[k].data(), gradient);
+  if (plan.hard.rows() > 0)
+    add_rows(work, plan.hard, stage.inequality_jacobian,
+             model.curvature[k].data() + plan.penalty.rows(),
+             model.slope[k].data() + plan.penalty.rows(), gradient);
   if (plan.equality.rows() > 0) add_equality_rows(work, stage, knot, gradient);
   if (!eliminate_locals(work, knot, gradient)) return false;
   add_hessian(stage, plan.input_hessian, knot.panel);

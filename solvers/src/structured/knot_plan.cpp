@@ -28,6 +28,7 @@ void PlanCapacity::include(const QpStage& stage) {
   states = std::max(states, stage.implicit.cols);
   locals = std::max(locals, stage.nl);
   penalty.include(stage.penalty_jacobian);
+  hard.include(stage.inequality_jacobian);
   equality.include(stage.equality_jacobian);
 }
 
@@ -37,6 +38,7 @@ void PlanCapacity::apply(KnotPlan& plan) const {
     entries->reserve(hessian);
   plan.dynamics.reserve(dynamics);
   penalty.apply(plan.penalty);
+  hard.apply(plan.hard);
   equality.apply(plan.equality);
   plan.substitution_order.reserve(states);
   plan.groups.reserve(locals);
@@ -68,7 +70,7 @@ bool KnotPlan::fits(const QpStage& stage) const {
              stage.hessian.values.size() &&
          next_nx == stage.dynamics.rows && dynamics.entries() == stage.dynamics.nnz() &&
          implicit_entries == stage.implicit.nnz() && has_rows(penalty, stage.penalty_jacobian) &&
-         has_rows(equality, stage.equality_jacobian);
+         has_rows(hard, stage.inequality_jacobian) && has_rows(equality, stage.equality_jacobian);
 }
 
 void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
@@ -79,6 +81,7 @@ void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
   plan.dynamics.make(stage.dynamics, plan.slot);
   plan.implicit_entries = stage.implicit.nnz();
   list_rows(stage.penalty_jacobian, plan, plan.penalty);
+  list_rows(stage.inequality_jacobian, plan, plan.hard);
   list_rows(stage.equality_jacobian, plan, plan.equality);
   order_substitution(stage.implicit, plan);
   group_locals(stage.hessian, plan);

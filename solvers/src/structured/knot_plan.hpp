@@ -59,6 +59,7 @@ struct KnotPlan : KnotLayout {
   SparseRuns dynamics;
   int implicit_entries = 0;
   RowPattern penalty;
+  RowPattern hard;
   RowPattern equality;
   /// Columns of `implicit` with entries, each behind those that it names.
   std::vector<int> substitution_order;
@@ -80,7 +81,7 @@ struct PlanCapacity {
     void apply(RowPattern& pattern) const;
   };
   int variables = 0, slots = 0, hessian = 0, dynamics = 0, states = 0, locals = 0;
-  Rows penalty, equality;
+  Rows penalty, hard, equality;
 
   void include(const QpStage& stage);
   void apply(KnotPlan& plan) const;

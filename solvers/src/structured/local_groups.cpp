@@ -51,10 +51,12 @@ void KnotPlanner::group_locals(const SparseBlock& hessian, KnotPlan& plan) {
     if (other < plan.nl) parent_[group_of(other)] = group_of(local);
   });
   join_row(plan, plan.penalty);
+  join_row(plan, plan.hard);
   join_row(plan, plan.equality);
   for_local_entries(
       [&](int local, int other) { meets_[group_of(local) * plan.slots() + other] = 1; });
   mark_row(plan, plan.penalty);
+  mark_row(plan, plan.hard);
   mark_row(plan, plan.equality);
 
   for (int root = 0; root < plan.nl; ++root)

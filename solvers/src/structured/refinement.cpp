@@ -41,6 +41,14 @@ void add_cost_gradient(const QpStage& stage, const KnotPlan& plan, const double*
   }
 }
 
+/// v += J'(slope + curvature J z)
+void add_forces(const RowPattern& rows, const SparseBlock& jacobian, const double* slope,
+                const double* curvature, const double* z, double* v) {
+  const double* values = jacobian.values.data();
+  for (int i = 0; i < rows.rows(); ++i)
+    add_row(rows, i, values, slope[i] + curvature[i] * times_row(rows, i, values, z), v);
+}
+
 /// v += F' lambda over slots
 void add_dynamics_transposed(const SparseBlock& f, const KnotPlan& plan, const double* lambda,
                              double* v) {
@@ -77,13 +85,12 @@ Residual evaluate(Workspace& work, const StageQp& qp) {
     add_cost_gradient(stage, plan, knot.z, v);
     for (int j = plan.nx; j < stage.nw(); ++j)
       v[plan.slot[j]] += work.settings.regularization * knot.z[plan.slot[j]];
-    const double* jacobian = stage.penalty_jacobian.values.data();
-    const double* slope = model;
-    const double* curvature = slope + plan.penalty.rows();
-    model = curvature + plan.penalty.rows();
-    for (int i = 0; i < plan.penalty.rows(); ++i)
-      add_row(plan.penalty, i, jacobian,
-              slope[i] + curvature[i] * times_row(plan.penalty, i, jacobian, knot.z), v);
+    const int modelled = plan.penalty.rows() + plan.hard.rows();
+    const double* curvature = model + modelled;
+    add_forces(plan.penalty, stage.penalty_jacobian, model, curvature, knot.z, v);
+    add_forces(plan.hard, stage.inequality_jacobian, model + plan.penalty.rows(),
+               curvature + plan.penalty.rows(), knot.z, v);
+    model = curvature + modelled;
     const double* equality = stage.equality_jacobian.values.data();
     for (int i = 0; i < plan.equality.rows(); ++i) {
       knot.equality_residual[i] =

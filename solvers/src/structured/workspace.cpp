@@ -78,7 +78,8 @@ void MemorySizes::include(const KnotPlan& plan) {
            .locals = size(plan.nl),
            .local_factor = size(padded(plan.local_factor_size)),
            .equality_rows = size(padded(plan.equality.rows())),
-           .row_entries = std::max(plan.penalty.slot.size(), plan.equality.slot.size())});
+           .row_entries = std::max(
+               {plan.penalty.slot.size(), plan.hard.slot.size(), plan.equality.slot.size()})});
 }
 
 void MemorySizes::include(const MemorySizes& other) {

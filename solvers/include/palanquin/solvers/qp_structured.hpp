@@ -24,8 +24,9 @@ struct Workspace;
 /// docs/structured-solver.md derives it. Work is linear in the horizon.
 ///
 /// Equality rows enter (3) as stiff quadratic rows and are then made exact by refining with the
-/// same factors (a proximal method of multipliers). Hard inequalities and link rows are not taken
-/// here; the back end "structured" puts two methods for hard rows around this class
+/// same factors (a proximal method of multipliers). Link rows are not taken. Hard rows are where
+/// the model replaces them by quadratics too: its lists then go on with theirs, behind the
+/// penalised rows. The back end "structured" puts two methods that do so around this class
 /// (docs/hard-rows.md).
 ///
 /// For real-time iterations `factorize` does all that can be done before the initial state is
@@ -79,6 +80,9 @@ class StructuredQpSolver final : public QpSolver {
   /// Step (6) with the last factors, from `initial_state` [nx_0]. Throws std::logic_error if no
   /// factorisation stands, std::invalid_argument for wrong sizes.
   QpStatus feedback(const Eigen::VectorXd& initial_state, StageQpSolution& solution);
+
+  /// StructuredQpSettings::regularization from the next factorisation on.
+  void set_regularization(double regularization);
 
   /// du_k/dx_k of the last factors [nu_k x nx_k]: the first-order feedback gain, penalties at the
   /// model's curvature. With equality rows up to a relative 1 / equality_weight.
