@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "elimination/qp_eliminating.hpp"
 #include "hard_rows/qp_hard_rows.hpp"
 #include "qp_ldl.hpp"
 #include "qp_osqp.hpp"
@@ -17,7 +18,9 @@ struct BackEnd {
 
 constexpr BackEnd kBackEnds[] = {
     {"structured",
-     [](const QpSettings& s) { return make_structured_qp_solver(s.multipliers, s.structured); }},
+     [](const QpSettings& s) {
+       return make_eliminating_qp_solver(make_structured_qp_solver(s.multipliers, s.structured));
+     }},
     {"ldl", [](const QpSettings& s) { return make_ldl_qp_solver(s.ldl); }},
     {"osqp", [](const QpSettings& s) { return make_osqp_qp_solver(s.osqp); }},
 };

@@ -46,7 +46,7 @@ class QpSolver {
 
   /// Solves the QP. `solution` has the sizes of `qp` (StageQpSolution::resize) and holds a warm
   /// start on entry; it is overwritten only as far as the returned status says it is usable. The
-  /// dynamics' multipliers may be left out, see find_dynamics_multipliers.
+  /// multipliers of dynamics and equality rows may be left out, see find_dynamics_multipliers.
   virtual QpStatus solve(const StageQp& qp, const PenaltyModel& model,
                          StageQpSolution& solution) = 0;
 
@@ -68,7 +68,7 @@ class QpSolver {
     return solve(qp, model, solution);
   }
 
-  /// Writes the dynamics' multipliers of the last solution into `solution`, which has the sizes of
+  /// Writes the multipliers that the last solution left out into `solution`, which has the sizes of
   /// its QP; nothing in that QP may have changed since. Few need them: a back end whose method does
   /// without finds them when asked. `solution` stays as it is when there was no usable solution.
   virtual void find_dynamics_multipliers(StageQpSolution& solution) { static_cast<void>(solution); }
