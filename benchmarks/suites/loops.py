@@ -23,6 +23,7 @@ from palanquin.problems.collection import COLLECTION, Start
 DROPPED = 1e-9  # a plan whose first states are further from the measured ones did not take them
 
 Rows = Literal["hard", "penalised"]
+PERCENTILES = {"p50": 50, "p99": 99, "p99.9": 99.9, "max": 100}
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ class LoopResult:
         statuses: how often each was returned.
         dropped: periods whose plan does not start at the measured state.
         unusable: periods in which the last plan went on instead.
+        solve_ms: the solver's own time, period by period.
     """
 
     cost: float = 0.0
@@ -61,12 +63,14 @@ class LoopResult:
     statuses: Counter[str] = field(default_factory=Counter)
     dropped: int = 0
     unusable: int = 0
+    solve_ms: list[float] = field(default_factory=list)
 
     def count(self, plan: Plan, is_dropped: bool) -> None:
         """Takes a plan's status down."""
         self.statuses[plan.status.name.lower()] += 1
         self.dropped += is_dropped
         self.unusable += not plan.is_usable
+        self.solve_ms.append(plan.timings_ms["total"])
 
     def to_json(self) -> dict[str, Any]:
         """A row's columns."""
@@ -76,6 +80,10 @@ class LoopResult:
             "statuses": dict(self.statuses),
             "dropped": self.dropped,
             "unusable": self.unusable,
+            "solve_ms": {
+                name: float(np.percentile(self.solve_ms, rank))
+                for name, rank in PERCENTILES.items()
+            },
         }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +18,15 @@ def loops(
     problems: Annotated[
         str, typer.Option(metavar="NAME,...", help="Such as pendulum,carrying; all unless told.")
     ] = "",
+    controllers: Annotated[
+        str, typer.Option(metavar="NAME,...", help="Such as one; all unless told.")
+    ] = "",
+    steps: Annotated[
+        int, typer.Option(min=0, max=1_000_000, help="Periods of each loop; its own unless told.")
+    ] = 0,
+    repetitions: Annotated[
+        int, typer.Option(min=1, max=100, help="Of each loop; a period's least time counts.")
+    ] = 1,
     seed: Annotated[
         int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")
     ] = 0,
@@ -30,33 +40,60 @@ def loops(
     """Closed loops with one SQP iteration a period, in one phase and in two.
 
     With hard rows and with penalties; the column "cost" is relative to the loop in which every
-    period is solved to convergence. "dropped" counts plans that do not start where was measured.
+    period is solved to convergence. "dropped" counts plans that do not start where was measured;
+    "p50 ms" is the solver's own time, and the next columns are multiples of it.
     """
     from palanquin.benchmarks.machine import describe_machine, source_revision
     from palanquin.benchmarks.suites.all_loops import LOOPS, run_loops
+    from palanquin.benchmarks.suites.loops import CONTROLLERS
 
     with reported_errors():
         check_writable("--json", json_file)
-        names = [name.strip() for name in problems.split(",") if name.strip()]
-        known = dict.fromkeys(loop.problem for loop in LOOPS)
-        for name in names:
-            if name not in known:
-                raise ProblemError(f"--problems {name!r} is unknown; there are {', '.join(known)}")
-        chosen = [loop for loop in LOOPS if not names or loop.problem in names]
+        names = _chosen("--problems", problems, [loop.problem for loop in LOOPS])
+        chosen = [loop for loop in LOOPS if loop.problem in names]
+        if steps:
+            chosen = [replace(loop, steps=steps) for loop in chosen]
+        names = _chosen("--controllers", controllers, [by.name for by in CONTROLLERS])
         with err.status("lowering") as status:
-            rows = run_loops(chosen, seed, status.update)
+            by = tuple(by for by in CONTROLLERS if by.name in names)
+            rows = run_loops(chosen, seed, status.update, by, repetitions)
         results = {"rows": rows, "machine": describe_machine(), "revision": source_revision()}
         write_json("--json", json_file, results)
     out.print(_table(rows))
 
 
+def _chosen(option: str, text: str, known: list[str]) -> list[str]:
+    """The names in `text`, all if there are none; ProblemError for an unknown one."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    for name in names:
+        if name not in known:
+            there_are = ", ".join(dict.fromkeys(known))
+            raise ProblemError(f"{option} {name!r} is unknown; there are {there_are}")
+    return names or known
+
+
 def _table(rows: list) -> Table:  # type: ignore[type-arg]
     table = Table(
-        "loop", "rows", "controller", "cost", "violation", "dropped", "unusable", box=None
+        "loop",
+        "rows",
+        "controller",
+        "cost",
+        "violation",
+        "dropped",
+        "unusable",
+        "p50 ms",
+        "p99",
+        "p99.9",
+        "max",
+        box=None,
     )
     for row in rows:
-        ratio = "diverged" if row["cost_ratio"] is None else f"{row['cost_ratio']:.5f}"
+        ratio = "" if row["cost_ratio"] is None else f"{row['cost_ratio']:.5f}"
+        ratio = "diverged" if row["cost"] is None else ratio
         violation = "" if row["violation"] is None else f"{row['violation']:.1e}"
         counts = (f"{row[name]}/{row['steps']}" for name in ("dropped", "unusable"))
-        table.add_row(row["loop"], row["limits"], row["controller"], ratio, violation, *counts)
+        times = row["solve_ms"]
+        tail = (f"{times[name] / times['p50']:.1f}x" for name in ("p99", "p99.9", "max"))
+        names = (row["loop"], row["limits"], row["controller"])
+        table.add_row(*names, ratio, violation, *counts, f"{times['p50']:.3f}", *tail)
     return table
