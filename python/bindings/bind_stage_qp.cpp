@@ -4,11 +4,14 @@
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
+#include <atomic>
+#include <cstdint>
 #include <stdexcept>
 
 #include "bindings.hpp"
 #include "palanquin/core/diagnosis/snapshot.hpp"
 #include "palanquin/core/stage_qp.hpp"
+#include "palanquin/core/stage_qp_check.hpp"
 #include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/qp_factory.hpp"
 #include "palanquin/solvers/qp_structured.hpp"
@@ -65,6 +68,64 @@ class StageQpSource {
   std::unique_ptr<TranscriptionWorkspace> workspace_;
 };
 
+using StageFields = nb::typed<nb::dict, nb::str, nb::object>;
+
+/// A knot out of dense matrices by the names of QpStage's fields; what is left out is empty.
+QpStage stage_of(const nb::dict& fields) {
+  QpStage stage;
+  const auto count = [&](const char* name) {
+    return fields.contains(name) ? nb::cast<int>(fields[name]) : 0;
+  };
+  stage.nx = count("nx");
+  stage.nu = count("nu");
+  stage.nl = count("nl");
+  const int nw = stage.nw();
+  const auto vector = [&](const char* name, Eigen::Index size) -> Eigen::VectorXd {
+    if (!fields.contains(name)) return Eigen::VectorXd::Zero(size);
+    return nb::cast<Eigen::VectorXd>(fields[name]);
+  };
+  const auto matrix = [&](const char* name, Eigen::Index rows, Eigen::Index cols) {
+    if (!fields.contains(name)) return Eigen::MatrixXd(Eigen::MatrixXd::Zero(rows, cols));
+    auto found = nb::cast<Eigen::MatrixXd>(fields[name]);
+    if (found.rows() != rows || found.cols() != cols)
+      throw std::invalid_argument(std::string(name) + " is " + std::to_string(found.rows()) +
+                                  " by " + std::to_string(found.cols()) + ", but must be " +
+                                  std::to_string(rows) + " by " + std::to_string(cols));
+    return found;
+  };
+  const Eigen::MatrixXd hessian = matrix("hessian", nw, nw);
+  stage.hessian.begin(nw);
+  for (int j = 0; j < nw; ++j) {
+    for (int i = j; i < nw; ++i)
+      if (i == j || hessian(i, j) != 0.0) stage.hessian.push(i, hessian(i, j));
+    stage.hessian.end_column();
+  }
+  stage.gradient = vector("gradient", nw);
+  stage.offset = vector("offset", 0);
+  const Eigen::Index next = stage.offset.size();
+  stage.dynamics = SparseBlock::from_dense(matrix("dynamics", next, nw));
+  stage.implicit = SparseBlock::from_dense(Eigen::MatrixXd::Zero(next, next));
+  stage.equality_value = vector("equality_value", 0);
+  stage.equality_jacobian =
+      SparseBlock::from_dense(matrix("equality_jacobian", stage.equality_value.size(), nw));
+  stage.inequality_value = vector("inequality_value", 0);
+  stage.inequality_jacobian =
+      SparseBlock::from_dense(matrix("inequality_jacobian", stage.inequality_value.size(), nw));
+  stage.penalty_jacobian = SparseBlock::from_dense(Eigen::MatrixXd::Zero(0, nw));
+  return stage;
+}
+
+/// Throws std::invalid_argument where dimensions do not fit.
+StageQp stage_qp_of(const Eigen::VectorXd& initial_state, const std::vector<StageFields>& stages) {
+  StageQp qp;
+  qp.initial_state = initial_state;
+  for (const StageFields& fields : stages) qp.stages.push_back(stage_of(fields));
+  static std::atomic<std::uint64_t> next{std::uint64_t{1} << 32};  // beyond any transcription's
+  qp.structure_revision = next++;
+  require_consistent(qp);
+  return qp;
+}
+
 /// Throws std::invalid_argument unless the model is one of this QP's penalties.
 void require_fit(const StageQp& qp, const PenaltyModel& model) {
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
@@ -112,6 +173,9 @@ void bind_stage(nb::module_& m) {
 void bind_stage_qp(nb::module_& m) {
   bind_stage(m);
   nb::class_<StageQp>(m, "StageQp", "The QP of an SQP step; see stage_qp.hpp.")
+      .def_static("of", &stage_qp_of, "initial_state"_a, "stages"_a,
+                  "A StageQp out of a dict per knot: nx, nu, nl, and dense matrices by the names "
+                  "of QpStage's attributes, of which all may be left out; no penalties.")
       .def_prop_ro("horizon", &StageQp::horizon)
       .def_ro("initial_state", &StageQp::initial_state)
       .def("stage", &stage_at, "knot"_a, nb::rv_policy::reference_internal);
@@ -136,7 +200,10 @@ void bind_stage_qp(nb::module_& m) {
             self->resize(qp);
           },
           "qp"_a, "The origin.")
-      .def_ro("w", &StageQpSolution::w);
+      .def_ro("w", &StageQpSolution::w)
+      .def_ro("dynamics_multiplier", &StageQpSolution::dynamics_multiplier)
+      .def_ro("equality_multiplier", &StageQpSolution::equality_multiplier)
+      .def_ro("inequality_multiplier", &StageQpSolution::inequality_multiplier);
   nb::class_<QpSolver>(m, "QpSolver", "A QP back end; see qp_solver.hpp.")
       .def(
           "solve",
@@ -147,6 +214,9 @@ void bind_stage_qp(nb::module_& m) {
             return std::string(to_string(solver.solve(qp, model, solution)));
           },
           "qp"_a, "model"_a, "solution"_a)
+      .def("find_dynamics_multipliers", &QpSolver::find_dynamics_multipliers, "solution"_a,
+           "Completes the multipliers of the last solution.")
+      .def_prop_ro("recursions", &QpSolver::recursions)
       .def_prop_ro("update_ms", &QpSolver::update_ms)
       .def_prop_ro("solve_ms", &QpSolver::solve_ms);
   m.def(

@@ -162,6 +162,39 @@ class Lowered:
             *(np.asarray(array, float) for array in (parameters, measured, trajectory)),
         )
 
+    def export_qp(
+        self,
+        path: str | os.PathLike[str],
+        trajectory: NamedArray | ArrayLike,
+        parameters: NamedArray | ArrayLike,
+        measured: NamedArray | ArrayLike,
+        policies: Mapping[str, Policy] | None = None,
+    ) -> Path:
+        """Writes the QP of an SQP step at a trajectory to a file.
+
+        Its variables are the step in the tangent space, in the form without what roles make known,
+        hard rows are rows, and every penalty is its quadratic at the trajectory.
+
+        Args:
+            path: ends in .npz, for the public benchmarks of QP solvers, or in .json, for acados;
+                see `palanquin.qp_files`.
+            trajectory: as of `evaluate`, like the others.
+            parameters: likewise.
+            measured: likewise.
+            policies: likewise.
+
+        Raises:
+            ProblemError: another ending, or rows over two knots.
+            ValueError: as `evaluate`.
+            OSError: the file cannot be written.
+        """
+        from palanquin.qp_files import write_qp
+        from palanquin.qp_files.ocp_qp import from_stage_qp
+
+        source = _core.StageQpSource()
+        qp = source.at(self.snapshot(trajectory, parameters, measured, policies))
+        return write_qp(path, from_stage_qp(qp, _core.PenaltyModel(qp), Path(path).stem))
+
     def check(
         self,
         parameters: NamedArray | ArrayLike | None = None,

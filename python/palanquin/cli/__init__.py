@@ -13,6 +13,7 @@ from palanquin.cli import (
     bench,
     bench_holonomic,
     bench_loops,
+    bench_qps,
     bench_suites,
     bench_whole_body,
     campaign,
@@ -41,6 +42,7 @@ bench.app.command("holonomic")(bench_holonomic.holonomic)
 bench.app.command("whole-body")(bench_whole_body.whole_body)
 bench.app.command("suites")(bench_suites.suites)
 bench.app.command("loops")(bench_loops.loops)
+bench.app.command("qps")(bench_qps.qps)
 app.add_typer(bench.app, name="bench")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")
