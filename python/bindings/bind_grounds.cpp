@@ -85,7 +85,7 @@ void bind_terrains(nb::module_& m) {
   nb::class_<Terrain>(m, "Terrain", "A height map and where feet may stand; see terrain.hpp.")
       .def(
           "heights",
-          [](const Terrain& t, View2 points) {
+          [](const Terrain& t, const View2& points) {
             Eigen::VectorXd z(points.rows());
             for (Eigen::Index i = 0; i < z.size(); ++i) z[i] = t.height(points(i, 0), points(i, 1));
             return z;
@@ -93,7 +93,7 @@ void bind_terrains(nb::module_& m) {
           "points"_a)
       .def(
           "gradients",
-          [](const Terrain& t, View2 points) {
+          [](const Terrain& t, const View2& points) {
             Points2 slopes(points.rows(), 2);
             for (Eigen::Index i = 0; i < slopes.rows(); ++i)
               slopes.row(i) = t.slope(points(i, 0), points(i, 1));
@@ -142,6 +142,7 @@ void bind_terrains(nb::module_& m) {
           [](FootholdAreas* self, const std::vector<AreaParts>& given, const Vector2& low,
              const Vector2& high, std::shared_ptr<const Terrain> trend) {
             std::vector<FootholdArea> areas;
+            areas.reserve(given.size());
             for (const auto& [half_spaces, corners, plane] : given)
               areas.push_back({half_spaces, corners, plane});
             new (self) FootholdAreas(std::move(areas), low, high, std::move(trend));
@@ -149,7 +150,7 @@ void bind_terrains(nb::module_& m) {
           "areas"_a, "low"_a, "high"_a, "trend"_a.none())
       .def(
           "excess",
-          [](const FootholdAreas& t, View2 points) {
+          [](const FootholdAreas& t, const View2& points) {
             Eigen::VectorXd by(points.rows());
             for (Eigen::Index i = 0; i < by.size(); ++i)
               by[i] = t.excess(points(i, 0), points(i, 1));

@@ -101,6 +101,7 @@ void bind_references(nb::module_& m) {
             }
           }
         std::vector<Vector2> excess;
+        excess.reserve(static_cast<std::size_t>(team.robots()));
         for (int r = 0; r < team.robots(); ++r) excess.emplace_back(too_fast.row(r).head<2>());
         use_raibert_footholds(team, terrain, times, stances, excess, references);
         return references.footholds;
@@ -113,6 +114,7 @@ using EventParts = std::tuple<double, std::string, std::string>;
 
 std::vector<EventParts> in_words(const std::vector<Event>& events, const std::string& message) {
   std::vector<EventParts> words;
+  words.reserve(events.size());
   for (const Event& e : events)
     words.emplace_back(e.time, std::string(to_string(e.kind)), e.reason(message));
   return words;

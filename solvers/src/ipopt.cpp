@@ -103,7 +103,7 @@ Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
   if (bad.found) {
     result.status = Status::NonFinite;
     result.message = bad.message;
-    result.non_finite = bad;
+    result.non_finite = std::move(bad);
     result.trajectory = start;
     return result;
   }

@@ -115,7 +115,7 @@ void FootholdAreas::around(const Vector3& foothold, double* values) const {
 
 Offers FootholdAreas::options(const Vector3& wanted) const {
   Offers offers;
-  std::array<double, kNear> distances;
+  std::array<double, kNear> distances{};
   for (const int a : near(wanted.x(), wanted.y())) {
     const Vector2 p = nearest_in_polygon(areas_[a].corners, wanted.head<2>());
     const double distance = (p - wanted.head<2>()).norm();

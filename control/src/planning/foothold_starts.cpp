@@ -79,7 +79,7 @@ int FootholdStarts::make(const RowMatrix& wanted, const Instant& now, const Stan
       if (!now.is_landing(k, i)) continue;
       touchdowns_.push_back({k, i, ground.options(point(wanted, k, i))});
       const Choices& choices = touchdowns_.back().choices;
-      std::array<double, Choices::kMost> costs;
+      std::array<double, Choices::kMost> costs{};
       for (int c = 0; c < choices.count; ++c)
         costs[c] = (choices.points[c] - point(wanted, k, i)).squaredNorm();
       combinations_.add(costs.data(), choices.count);

@@ -15,14 +15,14 @@ double fraction(double x) { return x - std::floor(x); }
 }  // namespace
 
 std::array<bool, kFeet> Gait::stands(double phase) const {
-  std::array<bool, kFeet> flags;
+  std::array<bool, kFeet> flags{};
   for (std::size_t f = 0; f < kFeet; ++f)
     flags[f] = fraction(phase - (offset[f] - kLate)) < duty[f] || duty[f] == 1.0;
   return flags;
 }
 
 Stances Gait::stances(double phase) const {
-  Stances s;
+  Stances s{};
   for (std::size_t f = 0; f < kFeet; ++f) {
     const double since = fraction(phase + kLate - offset[f]);
     const double begin = duty[f] == 1.0 ? -0.5 : since < duty[f] ? -since : 1.0 - since;

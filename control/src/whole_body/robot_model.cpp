@@ -148,7 +148,7 @@ RobotModel::RobotModel(const RobotDescription& description)
 RobotModel::~RobotModel() = default;
 RobotModel::RobotModel(RobotModel&&) noexcept = default;
 
-int RobotModel::nv() const { return static_cast<int>(pinocchio_->model.nv); }
+int RobotModel::nv() const { return pinocchio_->model.nv; }
 double RobotModel::mass() const { return pin::computeTotalMass(pinocchio_->model); }
 const Eigen::VectorXd& RobotModel::effort() const { return pinocchio_->effort; }
 

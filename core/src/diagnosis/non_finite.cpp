@@ -49,10 +49,12 @@ NonFinite report_derivative(const std::string& what, const std::string& function
 NonFinite name_derivative(const LoweredProblem& problem, const QpStage& stage, const KnotRows& rows,
                           int knot) {
   std::vector<std::pair<int, RowKind>> equalities;  // link rows of one knot are behind the others
+  equalities.reserve(rows.equality_rows.size() + rows.own_links.size());
   for (int row : rows.equality_rows) equalities.emplace_back(row, RowKind::Equality);
   for (int row : rows.own_links) equalities.emplace_back(row, RowKind::Link);
   const auto in_order = [](const std::vector<int>& indices, RowKind kind) {
     std::vector<std::pair<int, RowKind>> named;
+    named.reserve(indices.size());
     for (int row : indices) named.emplace_back(row, kind);
     return named;
   };

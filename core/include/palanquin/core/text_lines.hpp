@@ -13,7 +13,7 @@ std::vector<std::string_view> split(std::string_view text, char separator);
 /// which knows no locale. Whatever is not as it should be throws std::runtime_error in words.
 class TextLine {
  public:
-  static constexpr int kLargestInteger = 1 << 24;  // sums of two stay within an int
+  static constexpr int kLargestInteger = 16'777'216;  // sums of two stay within an int
 
   explicit TextLine(std::string_view text) : words_(split(text, ' ')) {}
 

@@ -15,7 +15,7 @@ class Exchange {
   explicit Exchange(const T& initial) : slots_{initial, initial, initial} {}
 
   /// The writer's slot, to be filled. What it holds is some older value.
-  T& draft() { return slots_[static_cast<std::size_t>(back_)]; }
+  T& draft() { return slots_[back_]; }
   /// Hands the draft over.
   void publish() { back_ = middle_.exchange(back_ | kNew, std::memory_order_acq_rel) & kSlot; }
 
@@ -24,16 +24,16 @@ class Exchange {
   /// The reader's slot, with the latest value that was published; valid until the next call.
   const T& latest() {
     if (has_news()) front_ = middle_.exchange(front_, std::memory_order_acq_rel) & kSlot;
-    return slots_[static_cast<std::size_t>(front_)];
+    return slots_[front_];
   }
 
  private:
-  static constexpr int kSlot = 3, kNew = 4;
+  static constexpr unsigned kSlot = 3, kNew = 4;
 
   std::array<T, 3> slots_;
-  int back_ = 0;
-  std::atomic<int> middle_{1};
-  int front_ = 2;
+  unsigned back_ = 0;
+  std::atomic<unsigned> middle_{1};
+  unsigned front_ = 2;
 };
 
 }  // namespace palanquin::planning

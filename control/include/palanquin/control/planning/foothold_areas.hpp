@@ -41,7 +41,7 @@ class FootholdAreas : public Terrain {
 
  private:
   std::span<const int> near(double x, double y) const;
-  const FootholdArea& chosen(const Vector3& foothold) const;
+  const FootholdArea& chosen(const Vector3& p) const;
   void build_lookup(const Vector2& low, const Vector2& high);
 
   std::vector<FootholdArea> areas_;

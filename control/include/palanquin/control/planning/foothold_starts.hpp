@@ -27,8 +27,8 @@ class CheapestCombinations {
 
  private:
   struct List {
-    std::array<std::uint8_t, Choices::kMost> order;  ///< by cost
-    std::array<double, Choices::kMost> steps;        ///< sorted costs less the least
+    std::array<std::uint8_t, Choices::kMost> order{};  ///< by cost
+    std::array<double, Choices::kMost> steps{};        ///< sorted costs less the least
     int count = 0;
   };
   struct Node {
@@ -60,8 +60,8 @@ class FootholdStarts {
 
  private:
   struct Touchdown {
-    Eigen::Index knot;
-    int foot;
+    Eigen::Index knot = 0;
+    int foot = 0;
     Choices choices;
   };
   CheapestCombinations combinations_;

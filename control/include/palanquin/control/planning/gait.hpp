@@ -55,7 +55,7 @@ class GaitClock {
 
  private:
   struct Segment {
-    double start, phase;
+    double start = 0.0, phase = 0.0;
     Gait gait;
     double cycles(double time) const { return phase + (time - start) / gait.period; }
   };

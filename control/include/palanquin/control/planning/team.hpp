@@ -41,7 +41,7 @@ struct Place {
 /// Who carries what; the robots' order is the order of all arrays.
 struct Team {
   /// Throws std::invalid_argument when nobody carries.
-  Team(const Payload& payload, std::vector<Carrier> carriers);
+  Team(const Payload& load, std::vector<Carrier> robots);
 
   int robots() const { return static_cast<int>(carriers.size()); }
   int bodies() const { return robots() + 1; }

@@ -21,8 +21,8 @@ class TeamSlots {
   std::vector<int> feet, forces;          ///< [4 R]
   std::vector<std::array<int, 2>> hands;  ///< force and torque, [R]
 
-  void read_bodies(const double* z, double* bodies) const;
-  void write_bodies(const double* bodies, double* z) const;
+  void read_bodies(const double* z, double* states) const;
+  void write_bodies(const double* states, double* z) const;
   /// States and feet of a measurement, into a knot vector.
   void write_measured(const TeamState& state, double* z) const;
 

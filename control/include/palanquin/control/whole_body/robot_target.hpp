@@ -17,7 +17,7 @@ enum class HandLoad {
 
 struct HandTarget {
   PointTarget point;  ///< at `RobotTarget::time`
-  std::optional<OrientationTarget> orientation = {};
+  std::optional<OrientationTarget> orientation;
   Wrench wrench;  ///< of the load on the hand
   HandLoad load = HandLoad::Known;
 };
@@ -51,7 +51,7 @@ struct RobotObservation {
   Eigen::Matrix3Xd feet;       ///< contact points, as on level ground
   Eigen::Matrix3Xd footholds;  ///< where feet stand or are to land
   Eigen::Matrix3Xd hands;      ///< where they hold
-  double ground;               ///< mean height at which the feet last stood
+  double ground = 0.0;         ///< mean height at which the feet last stood
 };
 
 }  // namespace palanquin

@@ -107,9 +107,9 @@ class WholeBodyController {
 
  private:
   struct Decided {
-    int limb;
+    int limb = 0;
     Wrench desired;
-    bool has_moment;
+    bool has_moment = false;
   };
   /// All that has another size for another number of contacts and of decided vectors.
   struct Workspace {
