@@ -191,8 +191,8 @@ Manifest parse_manifest(const std::string& text, const std::string& source) {
       line.finish();
       if (entries(manifest) > kLargestSize) throw std::runtime_error("the problem is too large");
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error("'" + source + "': manifest line '" +
-                               std::string(content.substr(0, 80)) + "': " + error.what());
+      throw std::runtime_error("'" + source + "': manifest line " + quoted(content) + ": " +
+                               error.what());
     }
     if (!is_changeable(content)) manifest.structure.append(content) += '\n';
   }

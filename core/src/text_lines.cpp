@@ -17,6 +17,13 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   return pieces;
 }
 
+std::string quoted(std::string_view line) {
+  const auto is_inside_character = [&](std::size_t at) { return (line[at] & 0xC0) == 0x80; };
+  std::size_t end = std::min<std::size_t>(line.size(), 80);
+  while (end > 0 && end < line.size() && is_inside_character(end)) --end;
+  return std::string("'").append(line.substr(0, end)).append("'");
+}
+
 void TextLine::finish() const {
   if (!is_at_end()) throw std::runtime_error("it has more words than it should");
 }
