@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from palanquin.problems.foothold_areas import FootholdAreas, nearest_in_polygons
-from palanquin.sim import closed_loop
 from palanquin.sim.clearance import clearance_figures
 from palanquin.sim.kinematic import track
-from palanquin.sim.outcome import outcome
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_nominal
 from palanquin.sim.scenarios import Scenario, open_scenario
 
 COURSES = ("stones", "stairs", "walkway", "turn")
@@ -40,7 +40,7 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
     """
     planner = scenario.build_planner()
     period = scenario.planner.period
-    rollout = closed_loop.run(
+    rollout = run_nominal(
         planner,
         scenario.scene,
         scenario.script(),
@@ -48,7 +48,7 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
         period,
         scenario.start(planner),
     )
-    figures = outcome(rollout, scenario.duration, period)
+    figures = outcome(rollout)
     if isinstance(planner.terrain, FootholdAreas):
         figures["outside_m"] = outside(planner.terrain, rollout)
     if scenario.obstacles:
@@ -56,7 +56,7 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
     return figures
 
 
-def outside(terrain: FootholdAreas, rollout: Rollout) -> float:
+def outside(terrain: FootholdAreas, rollout: Record) -> float:
     """The worst distance of a standing foot from the nearest point of any area, m."""
     feet = np.unique(rollout.feet[rollout.contact > 0.5].round(9), axis=0)
     distance = np.full(len(feet), np.inf)

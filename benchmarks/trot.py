@@ -15,7 +15,7 @@ from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import VELOCITY, Velocity
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 
 PERIOD = 1 / 30  # s between two plans, and between two knots
 COMMAND = Velocity(0.4)

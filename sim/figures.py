@@ -7,14 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from palanquin.sim.palette import robot_colour
-from palanquin.sim.rollout import Rollout
-from palanquin.sim.tracking import tracking_error
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.tracking import tracking_error
 
 _FLOOR = 1e-8
 """Violations below this are drawn at it, so that a logarithmic axis can show zero."""
 
 
-def draw_figures(rollout: Rollout, path: Path) -> None:
+def draw_figures(rollout: Record, path: Path) -> None:
     """Write one picture (format by the suffix of `path`) with three plots over time.
 
     Payload and robot position errors (cm), solve times with the period as a line (ms), and the
@@ -32,7 +32,7 @@ def draw_figures(rollout: Rollout, path: Path) -> None:
     figure.savefig(path, dpi=130)
 
 
-def _plot_tracking(axes: Axes, rollout: Rollout) -> None:
+def _plot_tracking(axes: Axes, rollout: Record) -> None:
     error = 100 * tracking_error(rollout).position
     axes.plot(rollout.time, error[:, 0], color="black", linewidth=1.8, label="payload")
     for i, robot in enumerate(rollout.team.robots):
@@ -42,7 +42,7 @@ def _plot_tracking(axes: Axes, rollout: Rollout) -> None:
     _add_legend(axes)
 
 
-def _plot_solve_time(axes: Axes, rollout: Rollout) -> None:
+def _plot_solve_time(axes: Axes, rollout: Record) -> None:
     axes.semilogy(rollout.time, rollout.solve_ms, color="black", linewidth=1.2, label="total")
     for name, values in rollout.phases.items():
         axes.semilogy(rollout.time, values, linewidth=0.9, label=name)
@@ -53,7 +53,7 @@ def _plot_solve_time(axes: Axes, rollout: Rollout) -> None:
     _add_legend(axes)
 
 
-def _plot_violation(axes: Axes, rollout: Rollout) -> None:
+def _plot_violation(axes: Axes, rollout: Record) -> None:
     families = {**rollout.violation, "equalities": rollout.equality_violation}
     for name, values in families.items():
         axes.semilogy(rollout.time, np.maximum(values, _FLOOR), linewidth=1.2, label=name)

@@ -14,7 +14,7 @@ from palanquin.sim.errors import InputError
 from palanquin.sim.interpolation import interpolate_poses
 from palanquin.sim.inverse_kinematics import JOINTS
 from palanquin.sim.robot_poser import RobotPoser
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 from palanquin.sim.scene import Scene, build_scene, joint_slice
 from palanquin.sim.swing import APEX_HEIGHT, foot_path
 
@@ -55,7 +55,7 @@ class KinematicTrajectory:
 
 
 def track(
-    rollout: Rollout,
+    rollout: Record,
     frame_rate: float = 60.0,
     apex_height: float = APEX_HEIGHT,
     scene: Scene | None = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.sim.closed_loop import Tick
+from palanquin.sim.runs.loop import Tick
 from palanquin.sim.swing import Swing
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ class LiveFeet:
 
     def at(self, tick: Tick) -> Array:
         """Feet [R, 4, 3] (world, m) at a tick; ticks come in the order of time."""
-        feet = tick.state.feet.copy()
+        feet = tick.seen.feet.copy()
         if self._stood is None:
             self._stood = feet.copy()
         standing = tick.plan.contacts[0]

@@ -13,7 +13,6 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from palanquin.sim.closed_loop import Tick
 from palanquin.sim.live_swing import LiveFeet
 from palanquin.sim.overlay import METRES_PER_NEWTON, PUSH_METRES_PER_NEWTON, PUSH_OFFSET
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, robot_colour
@@ -21,6 +20,7 @@ from palanquin.sim.rerun_blueprint import live_blueprint
 from palanquin.sim.rerun_log import rgba
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
 from palanquin.sim.robot_poser import RobotPoser
+from palanquin.sim.runs.loop import Tick
 from palanquin.sim.scene import build_scene, joint_slice
 from palanquin.sim.team import Team
 
@@ -86,7 +86,7 @@ class LiveView:
         self._recording.disconnect()
 
     def _show_bodies(self, tick: Tick) -> None:
-        data, model, bodies = self._data, self._scene.model, tick.state.bodies
+        data, model, bodies = self._data, self._scene.model, tick.seen.bodies
         feet = self._feet.at(tick)
         data.qpos[joint_slice(model, "payload", 7)] = bodies[0, :7]
         for i, poser in enumerate(self._posers):
@@ -102,7 +102,9 @@ class LiveView:
         paths = plan.bodies[:, :, :3]
         strips = rr.LineStrips3D([paths[:, 0]], radii=0.006, colors=rgba(PAYLOAD_PLAN))
         self._recording.log("plan/payload", strips)
-        for path, push, body in zip(self._bodies, tick.wrenches, tick.state.bodies, strict=True):
+        for path, push, body in zip(
+            self._bodies, tick.values["disturbance"], tick.seen.bodies, strict=True
+        ):
             vectors = (
                 PUSH_METRES_PER_NEWTON * push[None, :3] if push[:3].any() else np.empty((0, 3))
             )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from palanquin.sim.ditch_strips import frame_quaternion
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 from palanquin.sim.team import Payload
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ GHOST_SCALE = 0.97
 """Of a ghost's size: faces that coincide with the payload's own would flicker through them."""
 
 
-def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
+def draw_plan(scene: mujoco.MjvScene, rollout: Record, tick: int) -> None:
     """Add the plan of `tick` to `scene`: the payload's path and its pose at the horizon's end as a
     ghost, the robots' paths, the footholds to come (fading with their distance in time), and the
     ground reaction forces and pushes of the period.
@@ -38,7 +38,7 @@ def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
     start, end = rollout.plan_x[tick, 0, :3], rollout.plan_x[tick, -1, :7]
     if np.linalg.norm(end[:3] - start) > _GHOST_DISTANCE:
         draw_ghost(scene, end, rollout.team.payload)
-    for body, push in enumerate(rollout.disturbance[tick, :, :3]):
+    for body, push in enumerate(rollout.more["disturbance"][tick, :, :3]):
         start = rollout.x[tick, 13 * body : 13 * body + 3] + PUSH_OFFSET
         draw_arrow(scene, start, PUSH_METRES_PER_NEWTON * push, PUSH)
     ground = rollout.team.ground
@@ -54,7 +54,7 @@ def draw_plan(scene: mujoco.MjvScene, rollout: Rollout, tick: int) -> None:
                 draw_arrow(scene, rollout.feet[tick, robot, foot], METRES_PER_NEWTON * force)
 
 
-def planned_touchdowns(rollout: Rollout, tick: int, robot: int) -> list[tuple[int, Array]]:
+def planned_touchdowns(rollout: Record, tick: int, robot: int) -> list[tuple[int, Array]]:
     """Knots and world positions [3] (m) at which the plan of `tick` puts a foot down."""
     contact = rollout.plan_contact[tick, :, robot] > 0.5
     before = np.vstack([rollout.contact[tick, robot][None] > 0.5, contact[:-1]])

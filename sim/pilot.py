@@ -99,7 +99,7 @@ class Pilot:
             for force in self._push_orders
         )
         self._gait_orders, self._push_orders = [], []
-        return Orders(self.velocity, changes, self._pushes)
+        return Orders((self.velocity,), changes, self._pushes)
 
     def _change_velocity(self, component: int, step: float) -> None:
         if self.gait == "stand":

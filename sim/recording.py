@@ -4,10 +4,10 @@ from pathlib import Path
 
 from palanquin.sim.errors import require_rerun
 from palanquin.sim.kinematic import KinematicTrajectory
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 
-def record(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> None:
+def record(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
     """Write `path` (.rrd), which opens on a 3D view beside plots of the solver's figures.
 
     Timeline `sim_time` (s). Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force`,

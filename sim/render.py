@@ -14,7 +14,7 @@ from palanquin.sim.errors import InputError
 from palanquin.sim.graphics import offscreen_context
 from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.overlay import draw_plan
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 Image = NDArray[np.uint8]
 
@@ -33,7 +33,7 @@ class Motion:
     overlay: Overlay = lambda scene, time: None
 
 
-def planned_motion(trajectory: KinematicTrajectory, rollout: Rollout) -> Motion:
+def planned_motion(trajectory: KinematicTrajectory, rollout: Record) -> Motion:
     """A tracked rollout with the plan of the time."""
 
     def overlay(scene: mujoco.MjvScene, time: float) -> None:

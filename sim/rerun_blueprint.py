@@ -5,7 +5,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 
 def _team_view(start: NDArray[np.float64]) -> rrb.Spatial3DView:
@@ -40,7 +40,7 @@ def live_blueprint(start: NDArray[np.float64]) -> rrb.Blueprint:
     )
 
 
-def blueprint(rollout: Rollout) -> rrb.Blueprint:
+def blueprint(rollout: Record) -> rrb.Blueprint:
     """A 3D view that follows the payload, and plots of time, violations and tracking errors."""
     bodies = ["payload", *(robot.name for robot in rollout.team.robots)]
     plots = [

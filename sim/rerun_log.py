@@ -19,13 +19,13 @@ from palanquin.sim.overlay import (
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.rerun_blueprint import blueprint
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
-from palanquin.sim.rollout import Rollout
-from palanquin.sim.tracking import tracking_error
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.tracking import tracking_error
 
 Array = NDArray[np.float64]
 
 
-def write(rollout: Rollout, trajectory: KinematicTrajectory, path: Path) -> None:
+def write(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
     """Write the recording; see `palanquin.sim.recording.record`."""
     recording = rr.RecordingStream("palanquin")
     recording.save(path, default_blueprint=blueprint(rollout))
@@ -69,7 +69,7 @@ def body_poses(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array]:
     return position, quaternion
 
 
-def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Rollout) -> None:
+def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
     """Ground reactions at stance feet, what the payload does to each hand, and pushes."""
     for i, robot in enumerate(rollout.team.robots):
         for f, foot in enumerate(FEET):
@@ -84,9 +84,9 @@ def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
         hand = rollout.x[:, :3] + rotate(rollout.x[:, 3:7], np.asarray(robot.attach, float))
         path = f"world/{robot.name}/hand/force"
         held = np.ones(len(rollout.time), dtype=bool)
-        send_arrows(recording, path, ticks, hand, rollout.hand_wrench[:, i, :3], held)
+        send_arrows(recording, path, ticks, hand, rollout.more["hand_wrench"][:, i, :3], held)
     for b, name in enumerate(["payload", *(robot.name for robot in rollout.team.robots)]):
-        push = rollout.disturbance[:, b, :3] * (PUSH_METRES_PER_NEWTON / METRES_PER_NEWTON)
+        push = rollout.more["disturbance"][:, b, :3] * (PUSH_METRES_PER_NEWTON / METRES_PER_NEWTON)
         start = rollout.x[:, 13 * b : 13 * b + 3] + PUSH_OFFSET
         pushed: NDArray[np.bool_] = np.linalg.norm(push, axis=1) > 0
         if pushed.any():
@@ -112,7 +112,7 @@ def send_arrows(
     recording.send_columns(path, [ticks], columns)
 
 
-def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Rollout) -> None:
+def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
     bodies = [("plan/payload", PAYLOAD_PLAN)]
     bodies += [(f"plan/{r.name}", robot_colour(i)) for i, r in enumerate(rollout.team.robots)]
     for b, (path, colour) in enumerate(bodies):
@@ -131,7 +131,7 @@ def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Roll
         recording.send_columns(path, [ticks], columns)
 
 
-def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Rollout) -> None:
+def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
     series = {name: getattr(rollout, name) for name in ("solve_ms", "iterations", "cost")}
     series["equality_violation"] = rollout.equality_violation
     series |= {f"phase/{name}": values for name, values in rollout.phases.items()}
@@ -151,7 +151,7 @@ def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Ro
 def _log_control(
     recording: rr.RecordingStream,
     ticks: rr.TimeColumn,
-    rollout: Rollout,
+    rollout: Record,
     trajectory: KinematicTrajectory,
 ) -> None:
     """Tracking errors of the bodies, and of the inverse kinematics that shows them."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ def _cubic(s: Array) -> Array:
 
 
 def swings_of_foot(
-    rollout: Rollout, robot: int, foot: int, apex_height: float = APEX_HEIGHT
+    rollout: Record, robot: int, foot: int, apex_height: float = APEX_HEIGHT
 ) -> list[Swing]:
     """Every step that foot `foot` of robot `robot` takes in `rollout`.
 
@@ -75,7 +75,7 @@ def swings_of_foot(
     return steps
 
 
-def _planned_touchdown(rollout: Rollout, robot: int, foot: int) -> tuple[float, Array]:
+def _planned_touchdown(rollout: Record, robot: int, foot: int) -> tuple[float, Array]:
     """When (s) and where (m) the last plan lands a foot that swings at the last tick."""
     stance = rollout.plan_contact[-1, :, robot, foot] > 0.5
     knot = int(np.argmax(stance)) if stance.any() else len(stance) - 1
@@ -85,7 +85,7 @@ def _planned_touchdown(rollout: Rollout, robot: int, foot: int) -> tuple[float, 
 
 
 def foot_path(
-    rollout: Rollout, robot: int, foot: int, at: Array, apex_height: float = APEX_HEIGHT
+    rollout: Record, robot: int, foot: int, at: Array, apex_height: float = APEX_HEIGHT
 ) -> Array:
     """World positions [F, 3] (m) of a foot's contact point at the times `at` [F] (s)."""
     tick = np.clip(np.searchsorted(rollout.time, at, side="right") - 1, 0, None)

@@ -95,6 +95,16 @@ class Team:
             raise InputError(f"team: {error}") from error
         terrain_of(self.terrain)  # raises for a bad one
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the robots."""
+        return tuple(robot.name for robot in self.robots)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of all bodies: the payload, then the robots."""
+        return ("payload", *self.names)
+
     @cached_property
     def ground(self) -> Terrain:
         """The terrain as a height map."""

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from palanquin.benchmarks.clm_paper.figures_of_runs import bodies_of
 from palanquin.benchmarks.clm_paper.seeds import Runs
 from palanquin.benchmarks.clm_paper.style import LIMIT, body_colour, legend_above, new_figure, tidy
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 ALLOWED = 1e-3
 """How deep a foothold may be in a ditch, m."""
@@ -50,7 +49,7 @@ def _draw_from_above(axes: Axes, runs: Runs) -> None:
                 x, y, "o", color=colour, markerfacecolor=fill, markersize=4.5,
                 label=f"{robot.name}, {pair}",
             )  # fmt: skip
-    path = bodies_of(rollout)[:, 0]
+    path = rollout.bodies[:, 0]
     axes.plot(path[:, 0], path[:, 1], color=body_colour(0), label="payload")
     axes.set_xlabel("x, m")
     axes.set_ylabel("y, m")
@@ -59,7 +58,7 @@ def _draw_from_above(axes: Axes, runs: Runs) -> None:
     legend_above(axes)
 
 
-def footholds(rollout: Rollout, robot: int, feet: slice) -> np.ndarray:
+def footholds(rollout: Record, robot: int, feet: slice) -> np.ndarray:
     """Where feet of a robot came to stand, [n, 3], m."""
     standing = rollout.contact[:, robot, feet] > 0.5
     landed = standing.copy()

@@ -16,10 +16,10 @@ from palanquin.benchmarks.clm_paper.figures_of_runs import (
     step_towards_payload,
 )
 from palanquin.problems.modules.weights import TABLE_I
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 from palanquin.sim.scenarios import Scenario, open_scenario
 
-Measure = Callable[[Scenario, Rollout], Row]
+Measure = Callable[[Scenario, Record], Row]
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def _ramps(name: str, title: str) -> tuple[Experiment, ...]:
     )
 
 
-def _measure_push(scenario: Scenario, rollout: Rollout) -> Row:
+def _measure_push(scenario: Scenario, rollout: Record) -> Row:
     since = scenario.pushes[0].start
     return {
         "payload_shift_m": payload_shift(rollout, since),
@@ -137,7 +137,7 @@ def _measure_push(scenario: Scenario, rollout: Rollout) -> Row:
     }
 
 
-def _measure_ditch(scenario: Scenario, rollout: Rollout) -> Row:
+def _measure_ditch(scenario: Scenario, rollout: Record) -> Row:
     lines = scenario.ditches.draw(scenario.seed)
     return {
         "deepest_foothold_m": deepest_foothold(rollout, lines),
@@ -145,5 +145,5 @@ def _measure_ditch(scenario: Scenario, rollout: Rollout) -> Row:
     }
 
 
-def _nothing_more(scenario: Scenario, rollout: Rollout) -> Row:
+def _nothing_more(scenario: Scenario, rollout: Record) -> Row:
     return {}

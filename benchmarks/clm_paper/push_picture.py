@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from palanquin.benchmarks.clm_paper.figures_of_runs import bodies_of
 from palanquin.benchmarks.clm_paper.seeds import Runs
 from palanquin.benchmarks.clm_paper.style import body_colour, new_figure, tidy
 
@@ -43,11 +42,11 @@ def draw_push(ours: Runs, printed: Runs, path: Path) -> None:
 
 def _draw_run(axes: np.ndarray, runs: Runs) -> None:
     rollout, push = runs.first, runs.scenario.pushes[0]
-    time, y = rollout.time, bodies_of(rollout)[..., 1]
+    time, y = rollout.time, rollout.bodies[..., 1]
     begin, end = push.start, push.start + push.duration
     start = int(np.searchsorted(time, begin))
     for i, robot in enumerate(rollout.team.robots):
-        force = -rollout.hand_wrench[:, i]  # of the robot on the payload
+        force = -rollout.more["hand_wrench"][:, i]  # of the robot on the payload
         for axis, component in zip(axes[:2], (0, 1), strict=True):
             axis.step(time, force[:, component], where="post", color=body_colour(i + 1))
         feet = rollout.feet[:, i, :, 1].mean(axis=-1)

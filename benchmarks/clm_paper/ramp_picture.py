@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from palanquin.benchmarks.clm_paper.figures_of_runs import bodies_of, standing_legs
+from palanquin.benchmarks.clm_paper.figures_of_runs import standing_legs
 from palanquin.benchmarks.clm_paper.seeds import Runs
 from palanquin.benchmarks.clm_paper.style import (
     LIMIT,
@@ -28,7 +28,7 @@ def draw_ramp(ours: Runs, path: Path) -> None:
     rollout = ours.first
     figure = new_figure(3.6)
     axes = figure.subplots()
-    bodies = bodies_of(rollout)
+    bodies = rollout.bodies
     x = np.linspace(bodies[:, 1:, 0].min() - 0.5, bodies[..., 0].max() + 0.3, 400)
     ground = ours.scenario.ground.height(x, np.zeros_like(x))
     axes.fill_between(x, ground, ground.min() - 0.1, color="0.85", zorder=0)
@@ -89,7 +89,7 @@ def draw_reach(
 
 def _draw_legs(axes: Axes, runs: Runs, colour: str, name: str) -> None:
     rollout, scenario = runs.first, runs.scenario
-    states = bodies_of(rollout)
+    states = rollout.bodies
     wanted = rollout.reference.reshape(states.shape)
     for bodies, style, what in ((states, "-", "walked"), (wanted, ":", "reference")):
         longest = 100 * standing_legs(scenario, rollout, bodies).max(axis=(1, 2))

@@ -13,8 +13,9 @@ from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.plots import plot_rate_over_horizon
 from palanquin.benchmarks.rows import quantiles
 from palanquin.problems.clm.team_plan import TeamState
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step, number_of_ticks
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.loop import number_of_ticks
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 
 HORIZONS = [15, 20, 31]

@@ -12,9 +12,9 @@ from typing import Any
 from palanquin.benchmarks.clm_paper.experiments import Experiment
 from palanquin.benchmarks.clm_paper.figures_of_runs import Row, figures_of
 from palanquin.benchmarks.store import RowStore
-from palanquin.sim.closed_loop import number_of_ticks
-from palanquin.sim.rollout import Rollout
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.loop import number_of_ticks
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario
 
 
@@ -24,7 +24,7 @@ class Runs:
 
     experiment: Experiment
     rows: list[Row]
-    first: Rollout
+    first: Record
 
     @property
     def scenario(self) -> Scenario:
@@ -87,7 +87,7 @@ class SeedRunner:
             row = {**figures_of(scenario, rollout), **experiment.measure(scenario, rollout)}
             self._store.add(key, row)
         rows = [self._store[_key(experiment, scenario)] for scenario in scenarios]
-        return Runs(experiment, rows, Rollout.load(file))
+        return Runs(experiment, rows, Record.load(file))
 
     def _rollout_file(self, experiment: Experiment, scenario: Scenario) -> Path:
         name = hashlib.sha256((_key(experiment, scenario) + self._stamp).encode()).hexdigest()[:12]

@@ -8,7 +8,7 @@ from typing import Any
 from palanquin.benchmarks.clm_paper.experiments import planned
 from palanquin.benchmarks.clm_paper.figures_of_runs import Row, figures_of
 from palanquin.problems.modules.limits import FORCE_UNIT
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 
 SLOPES = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0)

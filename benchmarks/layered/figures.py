@@ -11,10 +11,11 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid
+from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid, tilts
 from palanquin.problems.layered import VARIANTS, DistributedPlanner, LinkSettings, Team
 from palanquin.problems.layered.plant import Payload
-from palanquin.problems.layered.walk import Walk, WalkLog, run_walk
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.reduced import Walk, run_walk
 
 mpl.use("Agg")
 
@@ -63,7 +64,7 @@ def draw_figure9(folder: Path, weights: str, duration: float) -> Drawn:
     left, right = figure.subplots(1, 2)
     _plot_velocities(left, log, "distributed, commands 0.15 and 0 m/s")
     for i in range(2):
-        path = log.positions[:, i, :2].T
+        path = log.bodies[:, i, :2].T
         right.plot(*path, color=f"C{i}", label=f"robot {i + 1}")
     right.set(xlabel="x (m)", ylabel="y (m)", title="centres of mass", aspect="equal")
     right.legend()
@@ -95,7 +96,7 @@ def draw_figure23(folder: Path, weights: str, duration: float) -> Drawn:
         axis.set_title(f"bias {bias:g} N/m from {_BIAS_START:g} s on")
         gap = _disagreement(log)
         numbers[f"bias {bias:g} N/m"] = _summary(log) | {
-            "disagreement_n_per_m": gap, "agree": bool(log.survived and gap < _AGREED),
+            "disagreement_n_per_m": gap, "agree": bool(not log.fall and gap < _AGREED),
         }  # fmt: skip
     return _save(figure, folder, f"figure23-{weights}", numbers)
 
@@ -105,38 +106,40 @@ def _look(robot: int) -> dict[str, Any]:
     return {"color": f"C{robot}", "linestyle": "-" if robot == 0 else "--", "linewidth": 1.2}
 
 
-def _plot_velocities(axis: Any, log: WalkLog, title: str) -> None:
-    for i in range(log.velocities.shape[1]):
-        axis.plot(log.times, log.velocities[:, i, 0], label=f"robot {i + 1}", **_look(i))
-        axis.axhline(log.desired[i, 0], color=f"C{i}", linestyle=":", linewidth=1)
-    if log.fell_at is not None:
-        axis.axvline(log.fell_at, color="black", label="fall")
+def _plot_velocities(axis: Any, log: Record, title: str) -> None:
+    for i in range(log.robots):
+        axis.plot(log.time, log.bodies[:, i, 7], label=f"robot {i + 1}", **_look(i))
+        axis.axhline(log.references[-1, i, 7], color=f"C{i}", linestyle=":", linewidth=1)
+    if log.fall:
+        axis.axvline(log.duration, color="black", label="fall")
     axis.set(xlabel="time (s)", ylabel="forward velocity (m/s)", title=title, ylim=(-0.5, 0.8))
     axis.legend(loc="lower right")
 
 
-def _plot_estimates(axis: Any, log: WalkLog) -> None:
-    for i in range(log.estimates.shape[1]):
+def _plot_estimates(axis: Any, log: Record) -> None:
+    estimates, multipliers = log.more["estimates"], log.more["multipliers"]
+    for i in range(log.robots):
         label = f"robot {i + 1}'s estimate"
-        axis.plot(log.times, log.estimates[:, i, 0], label=label, **_look(i))
-    axis.plot(log.times, log.multipliers[:, 0], color="gray", linewidth=0.7, label="plant")
+        axis.plot(log.time, estimates[:, i, 0], label=label, **_look(i))
+    axis.plot(log.time, multipliers[:, 0], color="gray", linewidth=0.7, label="plant")
     axis.margins(y=0.25)  # for the legend
     axis.set(xlabel="time (s)", ylabel="multiplier (N/m)")
     axis.legend(loc="upper right", ncols=3)
 
 
-def _disagreement(log: WalkLog) -> float:
-    late = log.times >= log.times[-1] - _LATE
-    return float(np.abs(log.estimates[late, 0, 0] - log.estimates[late, 1, 0]).mean())
+def _disagreement(log: Record) -> float:
+    late = log.time >= log.time[-1] - _LATE
+    estimates = log.more["estimates"][late]
+    return float(np.abs(estimates[:, 0, 0] - estimates[:, 1, 0]).mean())
 
 
-def _summary(log: WalkLog) -> dict[str, Any]:
-    error = (log.velocities - log.desired)[log.times >= 2.0][..., :2]
+def _summary(log: Record) -> dict[str, Any]:
+    error = (log.bodies - log.references)[log.time >= 2.0][..., 7:9]
     return {
-        "fell_at_s": log.fell_at,
+        "fell_at_s": log.duration if log.fall else None,
         "velocity_error_rms": float(np.sqrt(np.mean(error**2))) if error.size else None,
-        "tilt_max_deg": float(np.degrees(log.tilts.max())),
-        "length_error_m": log.length_error,
+        "tilt_max_deg": float(np.degrees(tilts(log).max())),
+        "length_error_m": log.extremes["bar_length_error_m"],
         "failures": len(log.events),
     }
 

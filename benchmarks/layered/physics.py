@@ -18,13 +18,13 @@ from palanquin.problems.clm.references import Velocity
 from palanquin.problems.robots import FEET
 from palanquin.sim.bar import plots
 from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.outcome import outcome
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import BarRun, run
 from palanquin.sim.bar.scenario import BarScenario
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.bar.texts import parse_force
 from palanquin.sim.palette import robot_colour
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_bars
 
 _LOADED = BarTeam(payload=4.53)
 _HEAVY = BarTeam(payload=6.8)
@@ -87,13 +87,13 @@ class Runs:
 
     duration: float
     progress: Progress
-    done: dict[Key, BarRun]
+    done: dict[Key, Record]
 
-    def __call__(self, name: str, planner: str) -> BarRun:
+    def __call__(self, name: str, planner: str) -> Record:
         """The run of scenario `name` with `planner`."""
         if (name, planner) not in self.done:
             scenario = replace(SCENARIOS[name], planner=planner, duration=self.duration)
-            self.done[name, planner] = run(scenario, build_planner(scenario))
+            self.done[name, planner] = run_bars(scenario)
             self.progress("physics", len(self.done), NUMBER_OF_RUNS)
         return self.done[name, planner]
 
@@ -202,9 +202,9 @@ def _foot_heights(runs: Runs) -> Figure:
     figure, grid = _grid(1, 1, width=9.0, height=3.0)
     result, axes = runs("blocks", "centralized"), grid[0][0]
     foot = FEET.index("RF")
-    for i, name in enumerate(result.scenario.team.names):
-        height = 100 * result.ticks.feet[:, i, foot, 2]
-        axes.plot(result.ticks.time, height, color=robot_colour(i), label=name, linewidth=1.0)
+    for i, name in enumerate(result.team.names):
+        height = 100 * result.feet[:, i, foot, 2]
+        axes.plot(result.time, height, color=robot_colour(i), label=name, linewidth=1.0)
     axes.set_xlabel("time (s)")
     axes.set_ylabel("height of RF (cm)")
     _end(axes, "")

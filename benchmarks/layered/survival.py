@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palanquin.problems import quaternions
 from palanquin.problems.layered import (
     VARIANTS,
     CentralizedPlanner,
@@ -16,7 +17,8 @@ from palanquin.problems.layered import (
     Team,
 )
 from palanquin.problems.layered.plant import Payload
-from palanquin.problems.layered.walk import Pushes, Walk, no_push, run_walk
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.reduced import Pushes, Walk, no_push, run_walk
 
 PLANNERS: dict[str, Callable[..., Planner]] = {
     "centralized": CentralizedPlanner,
@@ -100,18 +102,24 @@ LOADS: tuple[Load, ...] = (
 def run_load(load: Load, weights: str, planner: str, duration: float, team: Team) -> Run:
     """One walk under a load."""
     log = run_walk(PLANNERS[planner](team, VARIANTS[weights]), load.walk(duration), team)
-    late = log.times >= 2.0
-    error = (log.velocities - log.desired)[late][..., :2]
+    late = log.time >= 2.0
+    error = (log.bodies - log.references)[late][..., 7:9]
     return Run(
         load.name,
         weights,
         planner,
-        log.fell_at,
+        log.duration if log.fall else None,
         float(np.sqrt(np.mean(error**2))) if late.any() else float("nan"),
         len(log.events),
-        float(np.degrees(log.tilts.max())),
-        log.length_error,
+        float(np.degrees(tilts(log).max())),
+        log.extremes["bar_length_error_m"],
     )
+
+
+def tilts(record: Record) -> np.ndarray:
+    """Angles between the robots' z axes and the vertical [T, M], rad."""
+    cosine = quaternions.matrix(record.bodies[..., 3:7])[..., 2, 2]
+    return np.arccos(np.clip(cosine, -1, 1))
 
 
 def survival(

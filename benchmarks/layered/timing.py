@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
+from itertools import islice
 from typing import Any
 
 import casadi as ca
@@ -14,11 +14,12 @@ import numpy as np
 from palanquin import _core
 from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid
 from palanquin.benchmarks.peers.equality_qp import equality_qp
-from palanquin.problems.layered import DistributedPlanner, LayeredPlan, Planner, Team
+from palanquin.problems.layered import DistributedPlanner, Planner, Team
 from palanquin.problems.layered.centralized import CentralizedPlanner
 from palanquin.problems.layered.linear_mpc import LinearMpc
 from palanquin.problems.layered.plant import Payload
-from palanquin.problems.layered.walk import Walk, run_walk
+from palanquin.sim.runs.loop import ticks
+from palanquin.sim.runs.reduced import Walk, reduced
 
 # Kim et al., V-A.3, on an i7-10750H at 2.60 GHz; the nominal planner's time is not given.
 PAPER_MS = {"centralized": 1.38, "distributed": 0.41}
@@ -84,17 +85,19 @@ def measure_planners(samples: int, solvers: tuple[str, ...] = ("structured",)) -
             planner = make(team, qp=solver, **_LOOP_OPTIONS[solver])
             times = Times()
             walk = busy_walk(samples * planner.settings.dt)
-            run_walk(planner, walk, team, partial(_add_plan, planner, times))
+            run = ticks(*reduced(planner, walk, team), walk, planner.settings.dt)
+            for tick in islice(run, samples):
+                _add_plan(planner, times, tick.plan.plan.solve_ms)
             times.failures = len(planner.events)
             yield Row(name, f"{solver} (in the loop)", times)
 
 
-def _add_plan(planner: Planner, times: Times, plan: LayeredPlan) -> None:
+def _add_plan(planner: Planner, times: Times, total: float) -> None:
     if isinstance(planner, DistributedPlanner):
         for local, milliseconds in zip(planner.locals, planner.local_ms, strict=True):
             _add(times, local.mpc, milliseconds)
     elif isinstance(planner, CentralizedPlanner):
-        _add(times, planner.mpc, plan.solve_ms)
+        _add(times, planner.mpc, total)
 
 
 def _add(times: Times, mpc: LinearMpc, total: float) -> None:
@@ -134,15 +137,13 @@ def _instances(planner: CentralizedPlanner | DistributedPlanner, samples: int) -
     """QPs of a closed loop of one trot cycle, evenly spread."""
     found: list[Instance] = []
     mpc = planner.locals[0].mpc if isinstance(planner, DistributedPlanner) else planner.mpc
-    cycle, count = 80, 0
+    cycle = 80
 
-    def record(plan: LayeredPlan) -> None:
-        nonlocal count
-        count += 1
+    walk = busy_walk(2.5 * cycle * planner.settings.dt)
+    run = ticks(*reduced(planner, walk), walk, planner.settings.dt)
+    for count, _ in enumerate(islice(run, round(2.5 * cycle)), start=1):
         if count > cycle and count % max(1, cycle // samples) == 0 and len(found) < samples:
             found.append(_instance(mpc))
-
-    run_walk(planner, busy_walk(2.5 * cycle * planner.settings.dt), watch=record)
     return found
 
 

@@ -17,7 +17,7 @@ from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import VELOCITY, Velocity
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
 from palanquin.problems.collection.contacts import Carrying
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 
 PERIOD = 1 / 30
 

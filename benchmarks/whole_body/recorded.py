@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import Loop
 from palanquin.sim.bar.scenario import BarScenario
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.bar.texts import parse_force, parse_ground
+from palanquin.sim.runs.loop import ticks
+from palanquin.sim.runs.scenarios import physics
 
 Array = NDArray[np.float64]
 
@@ -75,22 +77,22 @@ COURSES = {
 
 def record(scenario: BarScenario, count: int) -> list[RecordedQp]:
     """`count` QPs of all robots, evenly spread over the run from its first step on."""
-    loop = Loop(scenario, build_planner(scenario))
-    found = list(_walk(loop))
+    found = list(_walk(scenario))
     chosen = np.linspace(0, len(found) - 1, min(count, len(found))).astype(int)
     return [found[i] for i in chosen]
 
 
-def _walk(loop: Loop) -> Iterator[RecordedQp]:
+def _walk(scenario: BarScenario) -> Iterator[RecordedQp]:
     """The last QP of each planning period of each robot, once they trot."""
+    planner = build_planner(scenario)
+    plant, leading = physics(scenario, planner)
     limits = {
         name: np.array([body.effort for body in robot.bodies() if np.any(body.axis)])
-        for name, robot in loop.scene.descriptions.items()
+        for name, robot in plant.scene.descriptions.items()
     }
-    simulation = loop.simulation
-    while simulation.time < loop.scenario.duration and not simulation.has_fallen:
-        loop.tick()
-        if simulation.time < 0.5:
+    period = planner.settings.dt
+    for _ in islice(ticks(plant, leading, scenario, period), round(scenario.duration / period)):
+        if plant.time < 0.5:
             continue
         for robot, limit in enumerate(limits.values()):
-            yield RecordedQp.of(simulation.qp(robot), limit)
+            yield RecordedQp.of(plant.simulation.qp(robot), limit)

@@ -10,6 +10,7 @@ import numpy as np
 
 from palanquin import _core
 from palanquin.errors import ProblemError
+from palanquin.events import Event, EventKind
 from palanquin.problems.layered.interconnected import Team
 from palanquin.problems.layered.linear_mpc import LinearMpc
 from palanquin.problems.layered.link import Link, LinkSettings, Message
@@ -276,5 +277,5 @@ class DistributedPlanner(Planner):
         self, time: float, states: RobotStates, contacts: np.ndarray, failed: LayeredPlan
     ) -> LayeredPlan:
         """A robot without a solution goes on with its own last one; the others have theirs."""
-        self.events.append((time, failed.event))
+        self.events.append(Event(time, EventKind.KEPT_PLAN, failed.event))
         return replace(failed, inputs=failed.inputs * contacts[:-1, :, :, None])

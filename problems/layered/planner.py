@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from palanquin.errors import ProblemError
+from palanquin.events import Event, EventKind
 from palanquin.problems import checks
 from palanquin.problems.layered import rotations
 from palanquin.problems.layered.interconnected import Team
@@ -159,7 +160,7 @@ class Planner(ABC):
     def __init__(self, team: Team | None = None, settings: LayeredSettings = WORKING) -> None:
         self.team = team or Team()
         self.settings = settings
-        self.events: list[tuple[float, str]] = []
+        self.events: list[Event] = []
         self._last: LayeredPlan | None = None
         self._given: tuple[np.ndarray, np.ndarray] | None = None
         self._loads = -GRAVITY[2] * np.asarray(self.team.masses, dtype=float)
@@ -267,7 +268,7 @@ class Planner(ABC):
     def _fallback(
         self, time: float, states: RobotStates, contacts: np.ndarray, failed: LayeredPlan
     ) -> LayeredPlan:
-        self.events.append((time, failed.event))
+        self.events.append(Event(time, EventKind.KEPT_PLAN, failed.event))
         if self._last is not None:
             plan = self._last.shifted(time - self._last.time)
         else:

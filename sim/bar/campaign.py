@@ -15,13 +15,12 @@ import numpy as np
 
 from palanquin.problems.clm.references import Velocity
 from palanquin.sim.bar.disturbances import Force, Rope
-from palanquin.sim.bar.outcome import outcome
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import run
 from palanquin.sim.bar.scenario import PLANNERS, BarScenario
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.bar.texts import parse_force, parse_ground
 from palanquin.sim.errors import InputError
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_bars
 from palanquin.user_files import read_text
 
 _TEN_METRES = 10.0
@@ -132,7 +131,7 @@ class Trial:
     def run(self) -> dict[str, Any]:
         """Its figures, with the trial itself."""
         scenario = self.scenario()
-        figures = outcome(run(scenario, build_planner(scenario)))
+        figures = outcome(run_bars(scenario))
         return {"suite": self.suite, "planner": self.planner, "seed": self.seed, **figures}
 
 

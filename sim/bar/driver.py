@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from palanquin.problems.clm.references import Velocity
+from palanquin.sim.scenarios.script import Orders
 
 HELP = "arrows: faster, slower, turn; a, d: sideways; tab: which robot; space: stop; q: end"
 
@@ -52,6 +56,10 @@ class Driver:
         who = "all" if self.chosen is None else names[self.chosen]
         command = self.commands[self.chosen or 0]
         return f"{who}: {command.vx:.1f} m/s, {command.vy:.2f} m/s, {command.wz:.1f} rad/s"
+
+    def at(self, time: float, pose: NDArray[np.float64], period: float) -> Orders | None:
+        """As of `Director`: what was pressed last; the first tick is always taken."""
+        return None if self.has_ended and time > 0 else Orders(tuple(self.commands))
 
     def _change(self, change: Callable[[Velocity], Velocity]) -> None:
         for robot, command in enumerate(self.commands):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palanquin.sim.bar.run import BarRun
+from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.errors import require_rerun
+from palanquin.sim.runs.record import Record
 
 
-def record(run: BarRun, path: Path) -> None:
+def write_recording(record: Record, scene: BarScene, path: Path) -> None:
     """Write `path` (.rrd). Timeline `sim_time` (s).
 
     Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force` (of the simulation),
@@ -21,4 +22,4 @@ def record(run: BarRun, path: Path) -> None:
     require_rerun()
     from palanquin.sim.bar import rerun_log
 
-    rerun_log.write(run, path)
+    rerun_log.write(record, scene, path)

@@ -11,11 +11,11 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from palanquin.problems.robots import FEET
-from palanquin.sim.bar.run import BarRun
 from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.palette import TILES, robot_colour
 from palanquin.sim.rerun_log import log_bodies, rgba, send_arrows, send_scalars
 from palanquin.sim.rerun_shapes import log_body
+from palanquin.sim.runs.record import Record
 
 Array = NDArray[np.float64]
 
@@ -23,18 +23,18 @@ FRAME_RATE = 50
 """Of what moves in the 3D view, Hz; curves have every planning instant."""
 
 
-def write(run: BarRun, path: Path) -> None:
+def write(record: Record, scene: BarScene, path: Path) -> None:
     """Write the recording; see `palanquin.sim.bar.recording.record`."""
     recording = rr.RecordingStream("palanquin")
-    recording.save(path, default_blueprint=_blueprint(run))
+    recording.save(path, default_blueprint=_blueprint(record))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    frames = slice(None, None, max(1, round(1 / (FRAME_RATE * run.period))))
-    model = run.scene.model
-    log_bodies(recording, model, run.ticks.time[frames], run.ticks.qpos[frames])
-    _log_ground(recording, run.scene)
-    _log_forces(recording, run, frames)
-    ticks = rr.TimeColumn("sim_time", duration=run.ticks.time)
-    _log_control(recording, ticks, run)
+    frames = slice(None, None, max(1, round(1 / (FRAME_RATE * record.period))))
+    model = scene.model
+    log_bodies(recording, model, record.time[frames], record.more["qpos"][frames])
+    _log_ground(recording, scene)
+    _log_forces(recording, record, frames)
+    ticks = rr.TimeColumn("sim_time", duration=record.time)
+    _log_control(recording, ticks, record)
     recording.disconnect()
 
 
@@ -77,42 +77,41 @@ def _log_mesh(
     recording.log("world/ground/surface", mesh, static=True)
 
 
-def _log_forces(recording: rr.RecordingStream, run: BarRun, frames: slice) -> None:
+def _log_forces(recording: rr.RecordingStream, record: Record, frames: slice) -> None:
     """Measured forces below `world`, planned ones and the planned path below `plan`."""
-    ticks = run.ticks
-    times = rr.TimeColumn("sim_time", duration=ticks.time[frames])
-    for i, robot in enumerate(run.scenario.team.names):
+    times = rr.TimeColumn("sim_time", duration=record.time[frames])
+    for i, robot in enumerate(record.team.names):
         for f, foot in enumerate(FEET):
-            feet = ticks.feet[frames, i, f]
-            for root, forces in (("world", ticks.force), ("plan", ticks.planned_force)):
+            feet = record.feet[frames, i, f]
+            for root, forces in (("world", record.more["foot_force"]), ("plan", record.force)):
                 force = forces[frames, i, f]
                 shown = np.linalg.norm(force, axis=1) > 1.0
                 send_arrows(recording, f"{root}/{robot}/{foot}/force", times, feet, force, shown)
-        points = rr.Points3D.columns(positions=ticks.planned[frames, i, :3])
+        points = rr.Points3D.columns(positions=record.planned[frames, 1, i, :3])
         style = rr.Points3D.from_fields(radii=0.02, colors=rgba(robot_colour(i)))
         recording.log(f"plan/{robot}", style, static=True)
         recording.send_columns(f"plan/{robot}", [times], points)
 
 
-def _log_control(recording: rr.RecordingStream, times: rr.TimeColumn, run: BarRun) -> None:
-    ticks = run.ticks
-    send_scalars(recording, "solver/solve_ms", times, ticks.solve_ms)
-    for i, robot in enumerate(run.scenario.team.names):
+def _log_control(recording: rr.RecordingStream, times: rr.TimeColumn, record: Record) -> None:
+    send_scalars(recording, "solver/solve_ms", times, record.solve_ms)
+    for i, robot in enumerate(record.team.names):
         path = f"control/{robot}"
         for axis, name in enumerate("xyz"):
-            for kind, states in (("desired", ticks.desired), ("measured", ticks.state)):
+            for kind, states in (("desired", record.references), ("measured", record.bodies)):
                 values = states[:, i, 7 + axis]
                 send_scalars(recording, f"{path}/velocity/{name}/{kind}", times, values)
         labels = ("x", "y", "z", "roll", "pitch", "yaw")
         for axis, name in enumerate(labels):
-            error = ticks.output_error[:, i, axis]
+            error = record.more["output_error"][:, i, axis]
             send_scalars(recording, f"{path}/virtual_constraint/{name}", times, error)
-        if ticks.multipliers.shape[2]:
-            send_scalars(recording, f"solver/{robot}/lambda", times, ticks.multipliers[:, i, 0])
+        if record.more["estimates"].shape[2]:
+            values = record.more["estimates"][:, i, 0]
+            send_scalars(recording, f"solver/{robot}/lambda", times, values)
 
 
-def _blueprint(run: BarRun) -> rrb.Blueprint:
-    start = run.ticks.state[0, :, :3].mean(axis=0)
+def _blueprint(record: Record) -> rrb.Blueprint:
+    start = record.bodies[0, :, :3].mean(axis=0)
     view = rrb.Spatial3DView(
         name="team",
         origin="/",
@@ -127,7 +126,7 @@ def _blueprint(run: BarRun) -> rrb.Blueprint:
             tracking_entity="world/bar1",
         ),
     )
-    robots = run.scenario.team.names
+    robots = record.team.names
     plots = {
         "vx (m/s)": [f"control/{robot}/velocity/x/**" for robot in robots],
         "vy (m/s)": [f"control/{robot}/velocity/y/**" for robot in robots],

@@ -17,6 +17,7 @@ from palanquin.sim.bar.ground import Ground
 from palanquin.sim.bar.limits import TIMESTEP, require_number, require_seed, timesteps
 from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.script import Orders
 
 PLANNERS = ("centralized", "distributed", "nominal")
 
@@ -135,6 +136,10 @@ class BarScenario:
     def assumed_friction(self) -> float:
         """What planner and controllers count on: 0.6 as in V-A.3, less where it is slippery."""
         return min(0.6, self.ground.friction) if self.friction is None else self.friction
+
+    def at(self, time: float, pose: NDArray[np.float64], period: float) -> Orders:
+        """As of `Director`: the robots' commands."""
+        return Orders(tuple(self.command(i, time) for i in range(self.team.robots)))
 
     def command(self, robot: int, time: float) -> Velocity:
         """Of `robot` at `time` (s): nothing while it stands, then growing to the full command."""

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from palanquin.problems.gaits import Gait
-from palanquin.sim.closed_loop import number_of_ticks
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility.finding import Finding, doubt
 from palanquin.sim.feasibility.walking import gaits_of
+from palanquin.sim.runs.loop import number_of_ticks
 from palanquin.sim.scenarios.scenario import Scenario
 
 _FOLLOWED = 0.8

@@ -88,7 +88,7 @@ class CommandRecorder:
     def __init__(self, director: Director, path: Path) -> None:
         self._director = director
         self._path = path
-        self._last = Orders(Velocity())
+        self._last = Orders((Velocity(),))
         self._end = 0.0
 
     def __enter__(self) -> Self:
@@ -106,9 +106,11 @@ class CommandRecorder:
             self._write({"end": self._end})
         self._file.close()
 
-    def at(self, time: float, pose: NDArray[Any], period: float) -> Orders:
+    def at(self, time: float, pose: NDArray[Any], period: float) -> Orders | None:
         """As of `Director`."""
         orders = self._director.at(time, pose, period)
+        if orders is None:
+            return None
         for event in _events(orders, self._last):
             self._write({"time": time, **event})
         self._last, self._end = orders, time + period

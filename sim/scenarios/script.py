@@ -17,21 +17,33 @@ from palanquin.sim.scenarios.gait import GaitChange
 
 @dataclass(frozen=True)
 class Orders:
-    """At one tick: the velocity from now on, gait changes to begin, and pushes now or later."""
+    """At one tick: velocities from now on, gait changes to begin, and pushes now or later.
 
-    velocity: Velocity
+    A payload in hands is told one velocity; of robots on bars each its own, or all the same.
+    """
+
+    velocities: tuple[Velocity, ...]
     gait_changes: tuple[GaitChange, ...] = ()
     pushes: tuple[Push, ...] = ()
+
+    @property
+    def velocity(self) -> Velocity:
+        """Of the payload."""
+        return self.velocities[0]
+
+    def of(self, robot: int) -> Velocity:
+        """Of a robot on bars, by index."""
+        return self.velocities[robot if len(self.velocities) > 1 else 0]
 
 
 class Director(Protocol):
     """Who directs a run: a script, or somebody at a keyboard."""
 
-    def at(self, time: float, pose: NDArray[np.float64], period: float) -> Orders:
-        """Orders at the tick `time` (s), `period` (s) before the next one.
+    def at(self, time: float, pose: NDArray[np.float64], period: float) -> Orders | None:
+        """Orders at the tick `time` (s), `period` (s) before the next one; None ends the run.
 
-        `pose` (x, y, yaw) [3] (m, rad) is the payload's reference at that time. Called once a tick,
-        in the order of time.
+        `pose` (x, y, yaw) [3] (m, rad) is the payload's reference at that time, of robots on bars
+        the first one's. Called once a tick, in the order of time.
         """
 
 
@@ -49,4 +61,4 @@ class Script:
         """As of `Director`; a change of gait is ordered at the first tick from its time on."""
         due = tuple(c for c in self._gait_changes if c.time <= time + 1e-9)
         del self._gait_changes[: len(due)]
-        return Orders(self._command.velocity(time, pose, period), due, self._pushes)
+        return Orders((self._command.velocity(time, pose, period),), due, self._pushes)

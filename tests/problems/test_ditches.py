@@ -6,7 +6,7 @@ import pytest
 from palanquin.errors import ProblemError
 from palanquin.problems import clm
 from palanquin.problems import modules as m
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 from palanquin.sim.scenarios.ditches import RandomDitches
 
 LINES = np.array([[1.0, 0.2, -0.3, 0.4], [0.1, -2.0, 0.5, 0.3]])

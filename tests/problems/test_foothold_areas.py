@@ -7,7 +7,7 @@ from palanquin.errors import ProblemError
 from palanquin.problems import clm
 from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas, nearest_in_polygons
 from palanquin.problems.foothold_courses import stairs, stepping_stones, walkway
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 
 RANDOM = np.random.default_rng(0)
 PENTAGON = np.array([[0.0, 0.0], [1.0, -0.2], [1.5, 0.6], [0.7, 1.1], [-0.1, 0.8]])

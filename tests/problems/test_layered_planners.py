@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from palanquin.errors import ProblemError
+from palanquin.events import Event, EventKind
 from palanquin.problems.layered import (
     PRINTED,
     TRUNK_INERTIA,
@@ -80,7 +81,7 @@ def test_contradicting_bounds_fall_back_and_name_their_rows():
     assert not plan.is_usable
     assert "normal" in plan.event
     assert "robot2" in plan.event
-    assert planner.events == [(0.005, plan.event)]
+    assert planner.events == [Event(0.005, EventKind.KEPT_PLAN, plan.event)]
     np.testing.assert_array_equal(plan.forces, good.inputs[1])
 
 

@@ -17,7 +17,7 @@ from palanquin.problems.modules.obstacles import (
 )
 from palanquin.problems.modules.volumes import Capsule, Prism, distance_from_capsule
 from palanquin.problems.robots import LAIKAGO, quadruped
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 
 RANDOM = np.random.default_rng(0)
 BEAM = (0.08, 2.0, 0.08)

@@ -16,7 +16,7 @@ from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.robots import LAIKAGO
 from palanquin.problems.terrains import Flat, Ramp, Terrain
-from palanquin.sim.closed_loop import landed_feet, nominal_step
+from palanquin.sim.runs.nominal import landed_feet, nominal_step
 
 PERIOD = 1 / 30
 DURATION = 5.0

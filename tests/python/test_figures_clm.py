@@ -89,7 +89,7 @@ def test_footholds_are_counted_once_each(tmp_path):
 
 def test_shift_lean_and_step_are_measured_from_the_push_on(tmp_path):
     rollout = run(tmp_path, short("push"), seeds=1)[0].first
-    states = figures.bodies_of(rollout)
+    states = rollout.bodies
     states[:, 0, :3] = states[0, 0, :3]
     states[-1, 0, 0] += 0.03
     assert figures.payload_shift(rollout, 0.1) == pytest.approx(0.03)

@@ -7,9 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from palanquin.benchmarks.layered import physics
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import Ticks, run
 from palanquin.sim.bar.scenario import BarScenario
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.scenarios import run_bars
 
 SET = ("blocks", "slippery", "pulled")
 HELD = ("pitch-yaw", "roll-yaw", "roll-pitch", "roll-pitch-yaw")
@@ -41,6 +41,18 @@ DRAWN = {
 RUNS = sorted({key for axes in DRAWN.values() for keys in axes for key in keys})
 
 
+def first(record, ticks):
+    """The record's first ticks."""
+    arrays = {
+        f.name: getattr(record, f.name)[:ticks]
+        for f in fields(Record)
+        if isinstance(getattr(record, f.name), np.ndarray) and f.name != "plan_time"
+    }
+    more = {name: values[:ticks] for name, values in record.more.items()}
+    violation = {name: values[:ticks] for name, values in record.violation.items()}
+    return replace(record, **arrays, more=more, violation=violation)
+
+
 @pytest.fixture(scope="module")
 def reproduced(tmp_path_factory):
     """All figures of runs that are one short one, cut to another length for each scenario and
@@ -48,18 +60,16 @@ def reproduced(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("figures")
     short = BarScenario(duration=0.3)
-    walked = run(short, build_planner(short))
+    walked = run_bars(short)
     names = {physics.SCENARIOS[name]: name for name, _ in RUNS}
-    runs, figures, done = {}, {}, []
+    runs, told, figures, done = {}, {}, {}, []
 
-    def cut(scenario, planner):
-        assert planner == scenario.planner
+    def cut(scenario):
         plain = replace(scenario, planner="centralized", duration=BarScenario().duration)
         key = names[plain], scenario.planner
         assert key not in runs, "made twice"
         length = 10 + RUNS.index(key)
-        ticks = Ticks(**{f.name: getattr(walked.ticks, f.name)[:length] for f in fields(Ticks)})
-        runs[key] = replace(walked, scenario=scenario, ticks=ticks)
+        told[key], runs[key] = scenario, first(walked, length)
         return runs[key]
 
     def save(figure, path, **options):
@@ -68,12 +78,12 @@ def reproduced(tmp_path_factory):
 
     original = Figure.savefig
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(physics, "build_planner", lambda scenario: scenario.planner)
-        patch.setattr(physics, "run", cut)
+        patch.setattr(physics, "run_bars", cut)
         patch.setattr(Figure, "savefig", save)
         rows, files = physics.reproduce_physics(
             folder, duration=0.3, progress=lambda *part: done.append(part)
         )
+    assert all(scenario.duration == 0.3 for scenario in told.values())
     return folder, figures, runs, rows, files, done
 
 
@@ -84,13 +94,12 @@ def curves(axes):
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_figure_draws_its_runs(reproduced, name):
-    _, figures, runs, *_ = reproduced
+    _, figures, *_ = reproduced
     drawn = []
     for axes in figures[name].axes:
         lengths = {len(values) for values in curves(axes)}
         drawn.append([key for key in RUNS if 10 + RUNS.index(key) in lengths])
     assert drawn == [sorted(keys) for keys in DRAWN[name]]
-    assert all(runs[key].scenario.duration == 0.3 for keys in DRAWN[name] for key in keys)
 
 
 def has(axes, values):
@@ -103,11 +112,11 @@ def test_velocities_are_desired_planned_and_actual(reproduced):
         panels = list(zip(figures[name].axes, DRAWN[name], strict=True))
         for index, (axes, (key,)) in enumerate(panels):
             component = 7 if index < len(panels) / 2 else 8
-            ticks = runs[key].ticks
-            assert has(axes, ticks.desired[:, 0, component])
+            ticks = runs[key]
+            assert has(axes, ticks.references[:, 0, component])
             for robot in range(2):
-                assert has(axes, ticks.state[:, robot, component])
-                assert has(axes, ticks.planned[:, robot, component])
+                assert has(axes, ticks.bodies[:, robot, component])
+                assert has(axes, ticks.planned[:, 1, robot, component])
 
 
 def test_forces_constraints_and_heights_are_those_of_the_runs(reproduced):
@@ -115,12 +124,12 @@ def test_forces_constraints_and_heights_are_those_of_the_runs(reproduced):
     for name in ("figure-13", "figure-15", "figure-18"):
         for axes, (key,) in zip(figures[name].axes, DRAWN[name], strict=True):
             for robot in range(2):
-                assert has(axes, runs[key].ticks.planned_force[:, robot, 0, 2])
+                assert has(axes, runs[key].force[:, robot, 0, 2])
     for axes, (key,) in zip(figures["figure-20"].axes, DRAWN["figure-20"], strict=True):
         for column in (0, 1, 3, 4):
-            assert has(axes, runs[key].ticks.output_error[:, 0, column])
+            assert has(axes, runs[key].more["output_error"][:, 0, column])
     for robot in range(2):
-        height = 100 * runs["blocks", "centralized"].ticks.feet[:, robot, 1, 2]
+        height = 100 * runs["blocks", "centralized"].feet[:, robot, 1, 2]
         assert has(figures["figure-24"].axes[0], height)
 
 
@@ -129,7 +138,7 @@ def test_phase_portraits_have_rates_over_angles(reproduced):
     for name in ("figure-16", "figure-25"):
         for index, (axes, keys) in enumerate(zip(figures[name].axes, DRAWN[name], strict=True)):
             for key in keys:
-                assert has(axes, runs[key].ticks.state[:, 0, 10 + index % 2])
+                assert has(axes, runs[key].bodies[:, 0, 10 + index % 2])
 
 
 def test_everything_is_written_and_told(reproduced):

@@ -49,8 +49,8 @@ def interrupted(where, *arguments, cwd):
     ("where", "arguments"),
     [
         ("palanquin.problems.clm.solve.solve_case", ["solve", CASES / "stand.json"]),
-        ("palanquin.sim.closed_loop.nominal_step", ["demo", "trot", "--no-video"]),
-        ("palanquin.sim.bar.run.next_bodies", ["demo", "bar", "--no-video"]),
+        ("palanquin.sim.runs.nominal.nominal_step", ["demo", "trot", "--no-video"]),
+        ("palanquin.sim.runs.physics.targets", ["demo", "bar", "--no-video"]),
         ("palanquin.sim.bar.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
         ("palanquin.benchmarks.measurement.take_turns", ["bench", "solver", "--quick"]),
         ("palanquin.sim.feasibility.findings", ["scenario", "check", "trot"]),

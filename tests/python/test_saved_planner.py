@@ -12,7 +12,7 @@ from palanquin.problems import clm, terrains
 from palanquin.problems.foothold_courses import stepping_stones
 from palanquin.problems.height_map import HeightMap
 from palanquin.settings import configure
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
 
 PERIOD = 1 / 90
 COMMAND = clm.Velocity(0.4, 0.05, 0.1)

@@ -8,7 +8,7 @@ import pytest
 
 from palanquin.problems.robots import quadruped
 from palanquin.sim.kinematic import track
-from palanquin.sim.rollout import Rollout, RolloutBuilder
+from palanquin.sim.runs.record import Record, RecordBuilder
 from palanquin.sim.team import Ditch, Member, Team
 
 DT = 1 / 30
@@ -32,7 +32,7 @@ def synthetic_rollout(
     kinds: tuple[str, ...] = ("laikago", "laikago"),
     terrain: dict | None = None,
     ditches: tuple[Ditch, ...] = (),
-) -> Rollout:
+) -> Record:
     offsets = np.linspace(0.6, -0.6, len(kinds)) if len(kinds) > 1 else np.zeros(1)
     members = tuple(
         Member(f"robot{i}", kind, (0.0, float(y), 0.0), body=quadruped(kind).single_rigid_body())
@@ -40,7 +40,7 @@ def synthetic_rollout(
     )
     team = Team(members, terrain=terrain or {"type": "flat", "z0": 0.0}, ditches=ditches)
     plan_time = DT * np.arange(HORIZON + 1)
-    builder = RolloutBuilder(team, plan_time, ticks, PHASES, FAMILIES)
+    builder = RecordBuilder(team, plan_time)
     random = np.random.default_rng(3)
     last, indices = ticks + HORIZON, range(len(members))
     states = np.array([state(team, tick) for tick in range(last + 1)])
@@ -63,8 +63,12 @@ def synthetic_rollout(
             contact=contact[0],
             feet=feet[0],
             force=force,
-            hand_wrench=np.tile([0, 0, -9.81 * 16 / len(members), 0, 0, 0], (len(members), 1)),
-            disturbance=np.zeros((len(members) + 1, 6)),
+            more={
+                "hand_wrench": np.tile(
+                    [0, 0, -9.81 * 16 / len(members), 0, 0, 0], (len(members), 1)
+                ),
+                "disturbance": np.zeros((len(members) + 1, 6)),
+            },
             plan_x=plan_x,
             plan_feet=feet,
             plan_contact=contact,
@@ -76,7 +80,7 @@ def synthetic_rollout(
             phases={"linearise": 0.3, "solve": 0.9},
             violation={"friction": 1e-5 * random.random(), "reach": 0.0},
         )
-    return builder.build()
+    return builder.build(DT)
 
 
 def state(team: Team, tick: int) -> np.ndarray:

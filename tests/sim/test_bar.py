@@ -14,13 +14,15 @@ from palanquin.sim.bar import campaign, texts
 from palanquin.sim.bar.disturbances import Force, Rope
 from palanquin.sim.bar.feasibility import findings
 from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.outcome import outcome
 from palanquin.sim.bar.planners import PHYSICS, build_planner
-from palanquin.sim.bar.run import Loop, run
 from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
 from palanquin.sim.bar.team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
 from palanquin.sim.errors import InputError
+from palanquin.sim.runs.loop import ticks
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import physics, run_bars
+from palanquin.sim.scenarios.script import Orders
 
 
 @pytest.fixture(scope="module", params=["centralized", "distributed"])
@@ -33,7 +35,7 @@ def walk(request):
         duration=3.0,
         seed=1,
     )
-    return run(scenario, build_planner(scenario))
+    return run_bars(scenario)
 
 
 def test_robots_weigh_what_is_published_and_stand_at_their_height():
@@ -120,20 +122,22 @@ def test_the_team_walks_as_told(walk):
 
 
 def test_invariants_hold_on_the_way(walk):
-    ticks, extremes = walk.ticks, walk.extremes
-    assert 0 < extremes.bar_length_error < 1e-3
-    assert extremes.torque_fraction <= 1.0
-    height = ticks.state[:, :, 2]
+    extremes = walk.extremes
+    assert 0 < extremes["bar_length_error_m"] < 1e-3
+    assert extremes["torque_fraction"] <= 1.0
+    height = walk.bodies[:, :, 2]
     assert (np.abs(height - STANDING_HEIGHT) < 0.05).all()
-    upright = quaternions.matrix(ticks.state[..., 3:7])[..., 2, 2]
+    upright = quaternions.matrix(walk.bodies[..., 3:7])[..., 2, 2]
     assert (upright > np.cos(0.1)).all()
     weight = 9.81 * (2 * A1.mass + 5.3)
-    settled = ticks.time > 0.5
-    assert ticks.force[settled].sum(axis=(1, 2))[:, 2].mean() == pytest.approx(weight, rel=0.03)
+    settled = walk.time > 0.5
+    assert walk.more["foot_force"][settled].sum(axis=(1, 2))[:, 2].mean() == pytest.approx(
+        weight, rel=0.03
+    )
 
 
 def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
-    force, contact = walk.ticks.planned_force, walk.ticks.contact
+    force, contact = walk.force, walk.contact > 0.5
     assert np.abs(force[~contact]).max() == 0.0
     limit = 0.6 / math.sqrt(2) * force[..., 2]
     assert (np.abs(force[..., :2]).max(axis=-1) <= limit + 1e-3).all()
@@ -143,26 +147,26 @@ def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
 def test_runs_repeat_themselves():
     def walk(sensors: Sensors, seed: int = 2):
         scenario = BarScenario(duration=0.7, sensors=sensors, seed=seed)
-        return run(scenario, build_planner(scenario)).ticks
+        return run_bars(scenario)
 
     first, second = walk(Sensors.usual()), walk(Sensors.usual())
-    np.testing.assert_array_equal(first.qpos, second.qpos)
+    np.testing.assert_array_equal(first.more["qpos"], second.more["qpos"])
     # There is noise, another one for each robot and seed, and it finds its way into the motion.
     exact, other = walk(Sensors()), walk(Sensors.usual(), seed=3)
-    np.testing.assert_array_equal(first.qpos[0], exact.qpos[0])
-    noise = first.state[0] - exact.state[0]
+    np.testing.assert_array_equal(first.more["qpos"][0], exact.more["qpos"][0])
+    noise = first.bodies[0] - exact.bodies[0]
     assert (np.abs(noise).max(axis=1) > 1e-3).all()
     assert np.abs(noise[0] - noise[1]).max() > 1e-3
-    assert np.abs(first.qpos[-1] - exact.qpos[-1]).max() > 1e-4
-    start = first.qpos[0, 0] - other.qpos[0, 0]
-    assert np.abs(first.qpos[:, 0] - other.qpos[:, 0] - start).max() > 1e-4
+    assert np.abs(first.more["qpos"][-1] - exact.more["qpos"][-1]).max() > 1e-4
+    start = first.more["qpos"][0, 0] - other.more["qpos"][0, 0]
+    assert np.abs(first.more["qpos"][:, 0] - other.more["qpos"][:, 0] - start).max() > 1e-4
 
 
 @pytest.mark.bindings
 def test_a_fall_ends_the_run_and_says_why():
     push = Force.constant(0, (0.0, 900.0, 0.0), 0.1, 0.6)
     scenario = BarScenario(forces=(push,), duration=3.0)
-    result = run(scenario, build_planner(scenario))
+    result = run_bars(scenario)
     figures = outcome(result)
     assert figures["fell"]
     assert not figures["completed"]
@@ -186,16 +190,21 @@ def test_a_rope_pulls_once_it_is_taut():
     moves = []
     for forces in ((), (rope,)):
         scenario = BarScenario(velocity=Velocity(), forces=forces, duration=0.6)
-        moves.append(run(scenario, build_planner(scenario)).ticks.state[-1, 0, 0])
+        moves.append(run_bars(scenario).bodies[-1, 0, 0])
     assert moves[1] > moves[0] + 1e-3
 
 
 def test_commands_can_change_under_way():
     scenario = BarScenario(duration=5.0)
-    loop = Loop(scenario, build_planner(scenario))
-    loop.commands = [Velocity(0.2), Velocity(0.0, 0.1)]
-    row = loop.tick()
-    np.testing.assert_allclose(row["desired"][:, 7:9], [[0.2, 0.0], [0.0, 0.1]])
+    planner = build_planner(scenario)
+
+    class Told:
+        def at(self, time, pose, period):
+            return Orders((Velocity(0.2), Velocity(0.0, 0.1)))
+
+    next(ticks(*(parts := physics(scenario, planner)), Told(), planner.settings.dt))
+    told = [reference.velocity[:2] for reference in parts[1].references]
+    np.testing.assert_allclose(told, [[0.2, 0.0], [0.0, 0.1]])
 
 
 def test_texts_are_read():
@@ -280,19 +289,19 @@ def test_bad_scenarios_are_explained(make, message):
 def test_a_planning_period_is_whole_physics_steps(dt):
     planner = build_planner(BarScenario(), replace(PHYSICS, dt=dt))
     with pytest.raises(InputError, match=r"planner.dt: .* must be whole physics steps of 0.001 s"):
-        Loop(BarScenario(), planner)
+        run_bars(BarScenario(), planner)
 
 
 def test_a_planning_period_of_ten_steps_is_kept():
     scenario = BarScenario(duration=0.1)
-    result = run(scenario, build_planner(scenario, replace(PHYSICS, dt=0.01)))
-    np.testing.assert_allclose(np.diff(result.ticks.time), 0.01, atol=1e-9)
+    result = run_bars(scenario, build_planner(scenario, replace(PHYSICS, dt=0.01)))
+    np.testing.assert_allclose(np.diff(result.time), 0.01, atol=1e-9)
     assert result.duration == pytest.approx(0.1)
 
 
 def test_the_shortest_run_has_one_plan():
     scenario = BarScenario(duration=1e-3)
-    assert outcome(run(scenario, build_planner(scenario)))["completed"]
+    assert outcome(run_bars(scenario))["completed"]
 
 
 BACKWARDS = Velocity(-0.5)

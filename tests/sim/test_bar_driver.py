@@ -4,9 +4,8 @@ import pytest
 
 from palanquin.problems.clm.references import Velocity
 from palanquin.sim.bar.driver import Driver
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.run import run
 from palanquin.sim.bar.scenario import BarScenario
+from palanquin.sim.runs.scenarios import run_bars
 
 
 def press(driver: Driver, keys: str) -> None:
@@ -35,10 +34,11 @@ def test_a_run_follows_the_keys_and_ends_with_q():
     driver, scenario = Driver(2), BarScenario(duration=5.0)
     keys = iter(["x", "x", "up", "x", "x", "q"])
 
-    def commands(time: float):
-        driver.press(next(keys))
-        return None if driver.has_ended else driver.commands
+    class Keys:
+        def at(self, time, pose, period):
+            driver.press(next(keys))
+            return driver.at(time, pose, period)
 
-    result = run(scenario, build_planner(scenario), commands=commands)
+    result = run_bars(scenario, director=Keys())
     assert result.duration == pytest.approx(5 * 0.005)
-    assert result.ticks.desired[:, 0, 7] == pytest.approx([0, 0, 0.1, 0.1, 0.1])
+    assert result.references[:, 0, 7] == pytest.approx([0, 0, 0.1, 0.1, 0.1])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palanquin.problems.clm.clear_ground import ditch_depths
-from palanquin.sim.outcome import outcome
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
 
 PERIOD = 1 / 30
@@ -29,7 +29,7 @@ def test_no_foot_lands_in_a_ditch(gait, speed):
     standing = rollout.feet[rollout.contact > 0.5]
     assert ditch_depths(standing[:, :2], np.array(DITCHES)).max() < 1e-3
     assert rollout.feet[-1, :, 2:, 0].min() > 1.0  # the last hind foot past the second ditch
-    result = outcome(rollout, duration, PERIOD)
+    result = outcome(rollout)
     assert result["completed"]
     assert result["fallbacks"] == 0
     assert result["payload_position_error_m"]["rms"] < 0.05

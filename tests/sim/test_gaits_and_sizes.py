@@ -3,8 +3,8 @@
 import pytest
 
 from palanquin.sim.legs import leg_lengths, leg_limits
-from palanquin.sim.outcome import outcome
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario, with_robots
 
 DURATION = 2.0
@@ -22,7 +22,7 @@ def test_a_mixed_team_walks_within_its_limits(gait, robots):
         duration=DURATION,
     )
     rollout = run_scenario(scenario)
-    result = outcome(rollout, DURATION, scenario.planner.period)
+    result = outcome(rollout)
     assert result["completed"]
     assert result["fallbacks"] == 0
     assert result["payload_position_error_m"]["max"] < 0.02

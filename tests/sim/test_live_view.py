@@ -5,8 +5,9 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from palanquin.sim import closed_loop
 from palanquin.sim.live_swing import LiveFeet
+from palanquin.sim.runs import loop
+from palanquin.sim.runs.scenarios import nominal
 from palanquin.sim.scenarios import open_scenario
 
 TICKS = 20
@@ -15,7 +16,8 @@ TICKS = 20
 @pytest.fixture(scope="module")
 def ticks():
     scenario = open_scenario("trot")
-    run = closed_loop.ticks(scenario.build_planner(), scenario.script(), scenario.planner.period)
+    period = scenario.planner.period
+    run = loop.ticks(*nominal(scenario.build_planner(), period), scenario.script(), period)
     return scenario, list(islice(run, TICKS))
 
 
@@ -24,7 +26,7 @@ def test_standing_feet_stand_and_swinging_feet_rise_between_their_footholds(tick
     live = LiveFeet(scenario.planner.dt)
     feet = np.array([live.at(tick) for tick in run])
     standing = np.array([tick.plan.contacts[0] for tick in run])
-    planned = np.array([tick.state.feet for tick in run])
+    planned = np.array([tick.seen.feet for tick in run])
     np.testing.assert_array_equal(feet[standing], planned[standing])
     assert feet[~standing][:, 2].max() == pytest.approx(0.08, abs=0.02)
     # No foot jumps: 20 cm in a period would be 6 m/s.
@@ -39,7 +41,7 @@ def test_a_live_recording_holds_bodies_plan_and_figures(ticks, tmp_path):
 
     scenario, run = ticks
     path = tmp_path / "live.rrd"
-    start = run[0].state.bodies[0, :3]
+    start = run[0].seen.bodies[0, :3]
     view = LiveView(scenario.scene, scenario.planner.dt, start, path, spawn=False)
     for tick in run:
         view.show(tick)
@@ -57,5 +59,5 @@ def test_a_live_recording_holds_bodies_plan_and_figures(ticks, tmp_path):
         if name.endswith("translation")
         for position in batch.column(name).to_pylist()
     ]
-    wanted = [tick.state.bodies[0, :3] for tick in run]
+    wanted = [tick.seen.bodies[0, :3] for tick in run]
     np.testing.assert_allclose(positions, wanted, atol=1e-6)

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
-from palanquin.sim import closed_loop
 from palanquin.sim.clearance import smallest_clearances
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility.obstacles import obstacles_beside_the_way
 from palanquin.sim.kinematic import track
+from palanquin.sim.runs.scenarios import run_nominal
 from palanquin.sim.scenarios import open_scenario
 from palanquin.sim.scene import build_scene
 from palanquin.sim.team import Team
@@ -56,7 +56,7 @@ def test_nothing_touches_a_wall_beside_the_way():
     wall = {"type": "wall", "start": [0.5, 1.0], "end": [3.0, 0.85], "thickness": 0.1}
     scenario = TROT.changed(obstacles=[wall], duration=2.5)
     planner = scenario.build_planner()
-    rollout = closed_loop.run(
+    rollout = run_nominal(
         planner, scenario.scene, scenario.script(), 2.5, 1 / 30, scenario.start(planner)
     )
     clearance = smallest_clearances(track(rollout, frame_rate=10.0), every=1)["obstacles"]

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from palanquin.problems.clm import Velocity
-from palanquin.sim import closed_loop
 from palanquin.sim.pilot import GAITS, KEYS, Pilot
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.loop import ticks
+from palanquin.sim.runs.scenarios import nominal, run_scenario
 from palanquin.sim.scenarios import open_scenario
 from palanquin.sim.scenarios.recorded import CommandFileError, CommandRecorder, replayed
 
@@ -85,8 +85,8 @@ def session(tmp_path_factory):
     path = tmp_path_factory.mktemp("session") / "commands.jsonl"
     pilot, bodies = Pilot(TROT.bodies, "trot"), []
     with CommandRecorder(pilot, path) as director:
-        for n, tick in enumerate(closed_loop.ticks(TROT.build_planner(), director, PERIOD)):
-            bodies.append(tick.state.bodies.ravel())
+        for n, tick in enumerate(ticks(*nominal(TROT.build_planner(), PERIOD), director, PERIOD)):
+            bodies.append(tick.seen.bodies.ravel())
             press(pilot, *PRESSES.get(n, []))
             if n == 59:
                 break

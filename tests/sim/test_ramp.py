@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palanquin.sim.legs import leg_lengths, leg_limits
-from palanquin.sim.outcome import outcome
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
 
 PERIOD, DURATION = 1 / 30, 5.0
@@ -25,7 +25,7 @@ def walk(slope, x, references):
     planner = scenario.build_planner()
     planner.reference = np.array([x, 0.0, 0.0])
     rollout = run_scenario(scenario, planner)
-    return planner.team, rollout, outcome(rollout, DURATION, PERIOD)
+    return planner.team, rollout, outcome(rollout)
 
 
 @pytest.mark.parametrize(("slope", "x"), [(0.8, 0.5), (-0.8, -1.5)])

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from palanquin.sim import closed_loop
-from palanquin.sim.outcome import outcome
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.nominal import nominal_step
+from palanquin.sim.runs.payload_planner import take_orders
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
 from palanquin.sim.scenarios.command import WaypointCommand
 from palanquin.sim.scenarios.disturbance import Push, mean_wrenches
@@ -16,7 +17,7 @@ PERIOD = TROT.planner.period
 
 
 def completed(rollout, scenario):
-    return outcome(rollout, scenario.duration, scenario.planner.period)["completed"]
+    return outcome(rollout)["completed"]
 
 
 def push(**fields):
@@ -43,8 +44,8 @@ def test_a_push_moves_the_model_as_newton_says():
     plan = planner.settle(0.0, state, scenario.command.at(0.0))
     wrench = np.zeros((3, 6))
     wrench[1] = [0.0, 164.0, 0.0, 0.0, 0.0, 5.0]
-    still = closed_loop.nominal_step(planner, plan, state, PERIOD)
-    pushed = closed_loop.nominal_step(planner, plan, state, PERIOD, wrench)
+    still = nominal_step(planner, plan, state, PERIOD)
+    pushed = nominal_step(planner, plan, state, PERIOD, wrench)
     body = scenario.robots[0].body
     change = pushed - still
     assert change[1, 8] == pytest.approx(164.0 / body.mass * PERIOD)
@@ -58,7 +59,9 @@ def test_a_pushed_team_holds_its_payload(known):
     rollout = run_scenario(scenario)
     assert completed(rollout, scenario)
     bodies = rollout.x.reshape(len(rollout.time), -1, 13)
-    np.testing.assert_allclose(PERIOD * rollout.disturbance[..., 1].sum(axis=0), [0, 131.2, 0])
+    np.testing.assert_allclose(
+        PERIOD * rollout.more["disturbance"][..., 1].sum(axis=0), [0, 131.2, 0]
+    )
     moved = np.abs(bodies[..., 1] - bodies[0, :, 1]).max(axis=0)
     assert moved[0] < 0.05
     # Who knows of a push stands against it from its first moment on.
@@ -68,7 +71,8 @@ def test_a_pushed_team_holds_its_payload(known):
 def test_a_known_push_stands_in_the_plan_while_it_lasts():
     scenario = TROT.changed(command=STILL, pushes=[push(known=True)])
     planner = scenario.build_planner()
-    orders = closed_loop.begin_tick(planner, scenario.script(), 0.4, PERIOD)
+    orders = scenario.script().at(0.4, planner.reference_at(0.4), PERIOD)
+    take_orders(planner, orders, 0.4)
     assert orders.pushes == scenario.pushes
     force = planner.params["left.external_force"][:, 1]
     late = 0.4 + planner.dt * np.arange(planner.horizon + 1) >= 0.5 - 1e-9
@@ -184,7 +188,7 @@ def test_mixed_robots_with_either_arm_walk(arm):
     )
     rollout = run_scenario(scenario)
     assert completed(rollout, scenario)
-    result = outcome(rollout, 1.0, PERIOD)
+    result = outcome(rollout)
     assert result["payload_position_error_m"]["max"] < 0.02
     assert max(result["violation"].values()) < 1e-2
     masses = [robot.body.mass for robot in scenario.scene.robots]

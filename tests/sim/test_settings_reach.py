@@ -9,13 +9,12 @@ import pytest
 from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.sim.bar.ground import Ground
 from palanquin.sim.bar.planners import KINDS, build_planner
-from palanquin.sim.bar.run import Loop
 from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
 from palanquin.sim.bar.team import BarTeam
-from palanquin.sim.closed_loop import ticks
 from palanquin.sim.feasibility.route import payload_route
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.loop import ticks
+from palanquin.sim.runs.scenarios import nominal, physics, run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 from palanquin.sim.scenarios.settings import HandCone, PlannerSettings, WeightSettings
 
@@ -136,14 +135,15 @@ def essence(scenario):
     """The first tick of a run and its scene, as numbers and text."""
     planner = scenario.build_planner(max_iterations=1)
     state, script = scenario.start(planner), scenario.script()
-    tick = next(ticks(planner, script, scenario.planner.period, state))
+    period = scenario.planner.period
+    tick = next(ticks(*nominal(planner, period, state), script, period))
     return (
         scenario.scene.to_json(),
         planner.params.values.round(9).tobytes(),
         state.bodies.round(9).tobytes(),
         planner.contacts(np.linspace(0, 1, 50)).tobytes(),
         tick.orders,
-        tick.wrenches.tobytes(),
+        tick.values["disturbance"].tobytes(),
         payload_route(scenario).round(9).tobytes(),
     )
 
@@ -178,9 +178,11 @@ def test_what_planner_and_controllers_of_a_bar_are_told():
     assert isinstance(planner, KINDS["distributed"])
     assert planner.settings.friction == 0.4
     assert build_planner(replace(scenario, friction=0.3)).settings.friction == 0.3
-    loop = Loop(replace(scenario, seed=3), planner)
-    assert len(loop.references) == 3
-    assert abs(loop.references[0].yaw) > 1e-3  # turned by the seed
+    scenario = replace(scenario, seed=3)
+    plant, leading = physics(scenario, planner)
+    next(ticks(plant, leading, scenario, planner.settings.dt))
+    assert len(leading.references) == 3
+    assert abs(leading.references[0].yaw) > 1e-3  # turned by the seed
 
 
 @pytest.mark.parametrize(

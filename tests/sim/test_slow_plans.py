@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palanquin.sim.closed_loop import feet_after, landed_feet, nominal_step
-from palanquin.sim.outcome import outcome
-from palanquin.sim.running import run_scenario
+from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
 
 TROT = open_scenario("trot")
@@ -18,7 +18,7 @@ def at_rate(rate, **changes):
 @pytest.mark.parametrize("rate", [4.0, 11.0])
 def test_a_team_walks_on_few_plans(rate):
     scenario = at_rate(rate, duration=3.0)
-    figures = outcome(run_scenario(scenario), scenario.duration, scenario.planner.period)
+    figures = outcome(run_scenario(scenario))
     assert figures["completed"]
     assert figures["fallbacks"] == 0
     assert max(figures["violation"].values()) < 1e-3

@@ -102,14 +102,14 @@ def demo(
         )
         from palanquin.cli.possible import require_possible
         from palanquin.sim.clearance import clearance_figures
-        from palanquin.sim.closed_loop import number_of_ticks
         from palanquin.sim.feasibility import findings
         from palanquin.sim.figures import draw_figures
         from palanquin.sim.kinematic import track
-        from palanquin.sim.outcome import outcome
         from palanquin.sim.recording import record
         from palanquin.sim.render import planned_motion
-        from palanquin.sim.running import run_scenario
+        from palanquin.sim.runs.loop import number_of_ticks
+        from palanquin.sim.runs.run_outcome import outcome
+        from palanquin.sim.runs.scenarios import run_scenario
         from palanquin.sim.scenarios import open_scenario
 
         scenario = overridden(
@@ -140,7 +140,7 @@ def demo(
                 "seed": scenario.seed,
                 "robots": len(scenario.robots),
                 "settings": settings_of(scenario, planner),
-                **outcome(rollout, scenario.duration, scenario.planner.period),
+                **outcome(rollout),
                 "kinematics": trajectory.summary(),
                 **({"clearance": clearance_figures(trajectory)} if scenario.obstacles else {}),
             }

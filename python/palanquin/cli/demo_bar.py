@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
 from functools import partial
@@ -19,9 +19,10 @@ from palanquin.cli.watching import progress_bars, show
 from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
-    from palanquin.problems.clm.references import Velocity
-    from palanquin.sim.bar.run import Commands
+    from palanquin.cli.keyboard import Keyboard
+    from palanquin.sim.bar.driver import Driver
     from palanquin.sim.bar.scenario import BarScenario
+    from palanquin.sim.scenarios.script import Director, Orders
 
 
 class PlannerName(StrEnum):
@@ -115,14 +116,15 @@ def bar(
         from palanquin.problems.clm.references import Velocity
         from palanquin.sim.bar import texts
         from palanquin.sim.bar.feasibility import findings
-        from palanquin.sim.bar.outcome import outcome
         from palanquin.sim.bar.planners import build_planner
         from palanquin.sim.bar.plots import draw_plots
-        from palanquin.sim.bar.recording import record
-        from palanquin.sim.bar.run import run
+        from palanquin.sim.bar.recording import write_recording
         from palanquin.sim.bar.scenario import BarScenario, Sensors
+        from palanquin.sim.bar.scene import build_bar_scene
         from palanquin.sim.bar.team import BarTeam
         from palanquin.sim.render import Motion
+        from palanquin.sim.runs.run_outcome import outcome
+        from palanquin.sim.runs.scenarios import run_bars, ticks_of
 
         mass, place = texts.parse_payload(payload)
         axes = tuple(axis for axis in restrict.split(",") if axis)
@@ -145,9 +147,11 @@ def bar(
         files = DemoFiles.prepare("bar", out_folder, rrd, json_file, video)
         out.print(_summary(scenario), markup=False)
         show_progress_of_lowering()
-        with progress_bars() as progress, _driving(scenario, keys) as commands:
+        with progress_bars() as progress, _driving(scenario, keys) as director:
             planning = build_planner(scenario)
-            result = run(scenario, planning, progress("walking", duration), commands)
+            ticks = ticks_of(scenario, planning.settings.dt)
+            record = run_bars(scenario, planning, director, progress("walking", ticks))
+            scene = build_bar_scene(scenario.team, scenario.ground)
             figures = {
                 "scenario": "bar",
                 "tracking": tracking.value,
@@ -159,30 +163,30 @@ def bar(
                     "force": force or [], "restrict": restrict, "velocity": velocity,
                     "noise": noise, "delay": delay,
                 },
-                **outcome(result),
+                **outcome(record),
             }  # fmt: skip
             written = files.write(
                 figures,
-                partial(draw_plots, result),
-                partial(record, result),
-                Motion(result.scene.model, result.ticks.time, result.ticks.qpos),
+                partial(draw_plots, record),
+                partial(write_recording, record, scene),
+                Motion(scene.model, record.time, record.more["qpos"]),
                 progress("video", 1.0),
             )
     out.print(_table(figures))
     for kind, path in written.items():
         out.print(f"{kind}: {path}", markup=False, highlight=False, soft_wrap=True)
-    if result.fall:
-        err.print(f"fell after {result.duration:.2f} s: {result.fall}", markup=False)
-        if planning.events:
-            err.print(f"{len(planning.events)} samples had no plan of their own; the last:")
-        for time, reason in planning.events[-3:]:
-            err.print(f"  {time:.3f} s: {reason}", markup=False, highlight=False)
+    if record.fall:
+        err.print(f"fell after {record.duration:.2f} s: {record.fall}", markup=False)
+        if record.events:
+            err.print(f"{len(record.events)} samples had no plan of their own; the last:")
+        for event in record.events[-3:]:
+            err.print(f"  {event.time:.3f} s: {event.reason}", markup=False, highlight=False)
         raise typer.Exit(NOT_SOLVED)
     show(written, headless)
 
 
 @contextmanager
-def _driving(scenario: BarScenario, has_keys: bool) -> Iterator[Commands | None]:
+def _driving(scenario: BarScenario, has_keys: bool) -> Iterator[Director | None]:
     """Commands from the keyboard in step with the wall's clock, if they are asked for."""
     if not has_keys:
         yield None
@@ -193,15 +197,22 @@ def _driving(scenario: BarScenario, has_keys: bool) -> Iterator[Commands | None]
     driver, names = Driver(scenario.team.robots), scenario.team.names
     err.print(HELP, markup=False)
     with open_keyboard() as keyboard:
-        start = perf_counter()
+        yield _Keys(driver, keyboard, names)
 
-        def commands(time: float) -> list[Velocity] | None:
-            for key in keyboard.until(start + time):
-                driver.press(key)
-                err.print(driver.describe(names), markup=False)
-            return None if driver.has_ended else driver.commands
 
-        yield commands
+class _Keys:
+    """Directs in step with the wall's clock: keys are pressed until it is time."""
+
+    def __init__(self, driver: Driver, keyboard: Keyboard, names: Sequence[str]) -> None:
+        self._driver, self._keyboard, self._names = driver, keyboard, names
+        self._start = perf_counter()
+
+    def at(self, time: float, pose: Any, period: float) -> Orders | None:
+        """As of `Director`."""
+        for key in self._keyboard.until(self._start + time):
+            self._driver.press(key)
+            err.print(self._driver.describe(self._names), markup=False)
+        return self._driver.at(time, pose, period)
 
 
 def _summary(scenario: BarScenario) -> str:

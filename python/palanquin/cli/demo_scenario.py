@@ -9,7 +9,7 @@ import numpy as np
 
 from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.problems.clm.planner import Planner
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 from palanquin.sim.scenarios import Scenario, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
 from palanquin.sim.scenarios.recorded import replayed
@@ -58,9 +58,9 @@ def parse_velocity(text: str) -> VelocityStep:
         ) from error
 
 
-def picture_share(rollout: Rollout) -> float:
+def picture_share(rollout: Record) -> float:
     """When in a run its picture is taken: in the middle of what pushes, or else under way."""
-    pushed = np.flatnonzero(rollout.disturbance.any(axis=(1, 2)))
+    pushed = np.flatnonzero(rollout.more["disturbance"].any(axis=(1, 2)))
     if not len(pushed) or rollout.time[-1] == 0:
         return PICTURE_SHARE
     return float(rollout.time[pushed[len(pushed) // 2]] / rollout.time[-1])

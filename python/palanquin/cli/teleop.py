@@ -27,8 +27,8 @@ from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
     from palanquin.cli.keyboard import Keyboard
-    from palanquin.sim.closed_loop import Tick
     from palanquin.sim.pilot import Pilot
+    from palanquin.sim.runs.loop import Tick
     from palanquin.sim.scenarios import Scenario
 
 _STATUS_INTERVAL = 0.1
@@ -108,12 +108,14 @@ class Session:
 
     def run(self, planner: Any, director: Any) -> bool:
         """Until the pilot quits or the commands end; returns whether the plan lasted so long."""
-        from palanquin.sim.closed_loop import ticks
+        from palanquin.sim.runs.loop import ticks
+        from palanquin.sim.runs.scenarios import nominal
 
         period = self._scenario.planner.period
+        plant, leading = nominal(planner, period, self._scenario.start(planner))
         with Live(console=out, auto_refresh=False, transient=True) as screen:
             shown, deadline = 0.0, time.perf_counter()
-            for tick in ticks(planner, director, period, self._scenario.start(planner)):
+            for tick in ticks(plant, leading, director, period):
                 if self._ticks == 0:
                     deadline = time.perf_counter()
                 self._count(tick)

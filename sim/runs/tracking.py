@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin.sim.interpolation import normalised
-from palanquin.sim.rollout import Rollout
+from palanquin.sim.runs.record import Record
 
 Array = NDArray[np.float64]
 
@@ -24,10 +24,9 @@ class TrackingError:
     velocity: Array
 
 
-def tracking_error(rollout: Rollout) -> TrackingError:
-    """Measured states of `rollout` against its references."""
-    shape = (len(rollout.time), rollout.robots + 1, 13)
-    x, reference = rollout.x.reshape(shape), rollout.reference.reshape(shape)
+def tracking_error(record: Record) -> TrackingError:
+    """Measured states of `record` against its references."""
+    x, reference = record.bodies, record.references
     cosine = np.abs(np.sum(normalised(x[..., 3:7]) * normalised(reference[..., 3:7]), axis=-1))
     return TrackingError(
         position=np.linalg.norm(x[..., :3] - reference[..., :3], axis=-1),

@@ -7,7 +7,8 @@ import pytest
 
 from palanquin.events import Event, EventKind
 from palanquin.sim.errors import InputError
-from palanquin.sim.rollout import Rollout, RolloutBuilder, tick_shapes
+from palanquin.sim.runs.record import Record, RecordBuilder, tick_shapes
+from palanquin.sim.runs.teams import BarCarriers
 from palanquin.sim.team import Ditch
 
 PHASES = ("linearise", "solve")
@@ -16,14 +17,18 @@ FAMILIES = ("friction", "reach")
 
 def entry(robots=2, horizon=15):
     """A valid tick."""
-    values = {name: np.zeros(shape) for name, shape in tick_shapes(robots, horizon).items()}
+    shapes = tick_shapes(robots + 1, robots, horizon)
+    values = {name: np.zeros(shape) for name, shape in shapes.items()}
     values["x"].reshape(-1, 13)[:, 3] = 1
     values |= {"status": "converged", "phases": dict.fromkeys(PHASES, 0.1)}
     return values | {"violation": dict.fromkeys(FAMILIES, 0.0)}
 
 
-def builder(rollout, capacity=3):
-    return RolloutBuilder(rollout.team, rollout.plan_time, capacity, PHASES, FAMILIES)
+def builder(rollout):
+    """One that holds a tick."""
+    build = RecordBuilder(rollout.team, rollout.plan_time)
+    build.append(**entry())
+    return build
 
 
 def test_saved_and_loaded_are_equal(make_rollout, tmp_path):
@@ -32,36 +37,57 @@ def test_saved_and_loaded_are_equal(make_rollout, tmp_path):
     rollout = dataclasses.replace(rollout, events=events)
     path = tmp_path / "run.npz"
     rollout.save(path)
-    loaded = Rollout.load(path)
+    loaded = Record.load(path)
     assert loaded.team == rollout.team
-    for field in dataclasses.fields(Rollout):
+    for field in dataclasses.fields(Record):
         before, after = getattr(rollout, field.name), getattr(loaded, field.name)
         if isinstance(before, dict):
             assert before.keys() == after.keys()
             for key in before:
                 np.testing.assert_array_equal(before[key], after[key])
-        elif field.name != "team":
+        elif field.name not in ("team", "fall"):
             np.testing.assert_array_equal(before, after)
 
 
-def test_capacity_is_a_bound_and_unused_ticks_are_dropped(rollout):
+def test_a_record_has_the_ticks_that_were_appended(rollout):
     build = builder(rollout)
-    for tick in range(2):
-        build.append(**entry() | {"time": float(tick)})
+    build.append(**entry() | {"time": 1.0, "usable": False})
     assert len(build) == 2
-    assert build.build().x.shape == (2, 39)
-    build.append(**entry() | {"time": 2.0})
-    with pytest.raises(InputError, match="full after 3 ticks"):
-        build.append(**entry() | {"time": 3.0})
+    record = build.build(0.5, fall="left fell")
+    assert record.x.shape == (2, 39)
+    assert record.bodies.shape == (2, 3, 13)
+    assert record.usable.tolist() == [True, False]
+    assert (record.duration, record.fall) == (1.0, "left fell")
+
+
+def test_a_record_needs_a_tick(rollout):
+    with pytest.raises(InputError, match="at least one tick"):
+        RecordBuilder(rollout.team, rollout.plan_time).build(0.1)
+
+
+def test_robots_on_bars_are_recorded_alike(tmp_path):
+    team = BarCarriers(("left", "right"), "distributed", 0.6)
+    build = RecordBuilder(team, [0.0, 0.1])
+    shapes = tick_shapes(2, 2, 1)
+    values = {name: np.zeros(shape) for name, shape in shapes.items()}
+    values["x"].reshape(-1, 13)[:, 3] = 1
+    build.append(**values, status="solved", more={"estimates": np.ones((2, 1))})
+    record = build.build(0.1, extremes={"torque_fraction": 0.5})
+    record.save(tmp_path / "run.npz")
+    loaded = Record.load(tmp_path / "run.npz")
+    assert loaded.team == team
+    assert loaded.extremes == {"torque_fraction": 0.5}
+    np.testing.assert_array_equal(loaded.more["estimates"], record.more["estimates"])
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"x": np.zeros(38)}, r"rollout\.x: shape \(38,\) instead of \(39,\)"),
-        ({"feet": np.zeros((2, 3, 4))}, r"rollout\.feet: shape \(2, 3, 4\) instead of \(2, 4, 3\)"),
-        ({"plan_x": np.full((16, 39), np.nan)}, r"rollout\.plan_x: every value must be finite"),
-        ({"time": np.inf}, r"rollout\.time: every value must be finite"),
+        ({"x": np.zeros(38)}, r"record\.x: shape \(38,\) instead of \(39,\)"),
+        ({"feet": np.zeros((2, 3, 4))}, r"record\.feet: shape \(2, 3, 4\) instead of \(2, 4, 3\)"),
+        ({"plan_x": np.full((16, 39), np.nan)}, r"record\.plan_x: every value must be finite"),
+        ({"time": np.inf}, r"record\.time: every value must be finite"),
+        ({"more": {"speed": 1.0}}, r"more: missing \[\], unknown \['speed'\]"),
         ({"speed": 1.0}, r"missing \[\], unknown \['speed'\]"),
         ({"phases": {"solve": 1.0}}, r"phases: missing \['linearise'\], unknown \[\]"),
         ({"violation": {}}, r"violation: missing \['friction', 'reach'\]"),
@@ -81,8 +107,9 @@ def test_missing_array_is_named(rollout):
 
 def test_failed_solves_may_have_no_cost(rollout):
     build = builder(rollout)
-    build.append(**entry() | {"cost": np.nan, "force": np.full((2, 4, 3), np.nan)})
-    assert np.isnan(build.build().cost[0])
+    nothing = {"time": 1.0, "cost": np.nan, "force": np.full((2, 4, 3), np.nan)}
+    build.append(**entry() | nothing)
+    assert np.isnan(build.build(1.0).cost[1])
 
 
 @pytest.mark.parametrize(
@@ -100,7 +127,7 @@ def test_failed_solves_may_have_no_cost(rollout):
 )
 def test_inconsistent_rollouts_are_refused(rollout, name, value, message):
     with pytest.raises(InputError, match=message):
-        Rollout(**{**vars(rollout), name: value(rollout)})
+        Record(**{**vars(rollout), name: value(rollout)})
 
 
 def test_files_that_are_no_rollouts(tmp_path, rollout):
@@ -121,6 +148,6 @@ def test_files_that_are_no_rollouts(tmp_path, rollout):
     np.savez(group, **arrays | {"colour/red": np.zeros(40)})
     for path in (text, other, cut, missing, strange, group):
         with pytest.raises(InputError):
-            Rollout.load(path)
+            Record.load(path)
     with pytest.raises(FileNotFoundError):
-        Rollout.load(tmp_path / "absent.npz")
+        Record.load(tmp_path / "absent.npz")

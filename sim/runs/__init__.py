@@ -1,0 +1,1 @@
+"""Runs: one loop of plant and planner, one record, one outcome."""

@@ -1,0 +1,135 @@
+"""Full physics as the plant: C++ steps contacts, controllers and sensors at 1 kHz."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from palanquin import _sim
+from palanquin.problems import quaternions
+from palanquin.sim.bar.limits import timesteps
+from palanquin.sim.bar.scenario import STANDING_TIME, BarScenario, start_pose
+from palanquin.sim.bar.scene import BarScene, build_bar_scene
+from palanquin.sim.bar.simulation import control_settings, make_simulation
+from palanquin.sim.runs.bar_planner import BarPlan
+from palanquin.sim.runs.loop import Measurement
+from palanquin.sim.scenarios.script import Orders
+
+Array = NDArray[np.float64]
+
+
+class PhysicsPlant:
+    """Robots on bars in MuJoCo, each with its whole-body controller.
+
+    Args:
+        scenario: team, ground, forces from outside, sensors, and what controllers count on.
+        period: between two plans, s. Raises InputError unless it is a multiple of a physics step.
+    """
+
+    def __init__(self, scenario: BarScenario, period: float) -> None:
+        self._steps = timesteps("planner.dt", period, at_least=1)
+        self.scene = build_bar_scene(scenario.team, scenario.ground)
+        self.data = self.scene.data()
+        _shift(self.scene, self.data, scenario.seed)
+        self._robots = range(scenario.team.robots)
+        self._bars = [
+            int(self.scene.model.joint(f"bar{i + 1}").qposadr[0]) for i in self._robots[:-1]
+        ]
+        control = control_settings(scenario.assumed_friction, STANDING_TIME)
+        sensors = scenario.sensors.settings(scenario.seed)
+        self.simulation = make_simulation(self.scene, self.data, control, sensors, scenario.forces)
+        self._targets: list[_sim.RobotTarget] = []
+        self._qpos = self.data.qpos.copy()
+
+    @property
+    def time(self) -> float:
+        """Now, s."""
+        return self.simulation.time
+
+    @property
+    def fall(self) -> str:
+        """What fell and how; empty if nothing did."""
+        return self.simulation.fall
+
+    def measure(self) -> Measurement:
+        """Through the sensors: noisy and late, if they are."""
+        seen = [self.simulation.observe(i) for i in self._robots]
+        parts = [(o.position, o.orientation, o.velocity, o.rate) for o in seen]
+        return Measurement(
+            self.time,
+            bodies=np.array([np.concatenate(part) for part in parts]),
+            feet=np.array([robot.feet for robot in seen]),
+            footholds=np.array([robot.footholds for robot in seen]),
+            ground=np.array([robot.ground for robot in seen]),
+        )
+
+    def contacts(self, times: Array) -> NDArray[np.bool_]:
+        """Which feet the controllers will have on the ground at `times` [n], s: [n, R, 4]."""
+        return np.stack([self.simulation.contacts(i, times) for i in self._robots], axis=1)
+
+    def apply(self, plan: BarPlan, seen: Measurement) -> Measurement:
+        """Gives each controller its target for the period from the plan's time on."""
+        self._targets = targets(plan)
+        return seen
+
+    def advance(self, period: float, orders: Orders) -> None:
+        """So many physics steps as a period has; forces from outside are the scenario's."""
+        self._qpos = self.data.qpos.copy()
+        self.simulation.run(self._steps, self._targets)
+
+    def values(self) -> dict[str, Array]:
+        """Forces and virtual constraints at the last period's end, configuration at its start."""
+        simulation, qpos = self.simulation, self._qpos
+        return {
+            "foot_force": np.array([simulation.foot_forces(i) for i in self._robots]),
+            "output_error": np.array([simulation.output_errors(i) for i in self._robots]),
+            "qpos": qpos,
+            "bars": np.array([qpos[address : address + 7] for address in self._bars]),
+        }
+
+    def extremes(self) -> dict[str, float]:
+        """Of all physics steps so far."""
+        worst = self.simulation.extremes
+        return {
+            "bar_length_error_m": worst.bar_length_error,
+            "torque_fraction": worst.torque_fraction,
+            "control_ms_mean": worst.control_ms / max(worst.control_periods, 1),
+            "control_fallbacks": worst.fallbacks,
+        }
+
+
+def targets(plan: BarPlan) -> list[_sim.RobotTarget]:
+    """What the controllers are given.
+
+    The accelerations are those that the plan's forces, gravity and bars give: the change of
+    velocity over the first interval.
+    """
+    layered, bodies, planned = plan.plan, plan.seen.bodies, plan.bodies[1]
+    rates = (planned[:, 7:13] - bodies[:, 7:13]) / layered.dt
+    result = []
+    for i, reference in enumerate(plan.references):
+        target = _sim.RobotTarget()
+        target.time = layered.time + layered.dt
+        target.position, target.orientation = planned[i, :3], planned[i, 3:7]
+        target.velocity, target.rate = planned[i, 7:10], planned[i, 10:13]
+        target.acceleration, target.rate_derivative = rates[i, :3], rates[i, 3:]
+        target.forces = layered.forces[i]
+        target.commanded_velocity = reference.velocity
+        target.commanded_yaw_rate = reference.yaw_rate
+        result.append(target)
+    return result
+
+
+def _shift(scene: BarScene, data: mujoco.MjData, seed: int) -> None:
+    """Turns and shifts the whole team as the seed draws; robots keep their places in it."""
+    if seed == 0:
+        return
+    x, y, yaw = start_pose(seed)
+    turn, shift = quaternions.from_yaw(yaw), np.array([x, y, 0.0])
+    for joint in range(scene.model.njnt):
+        if scene.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE:
+            pose = data.qpos[scene.model.jnt_qposadr[joint] :][:7]
+            pose[:3] = quaternions.rotate(turn, pose[:3]) + shift
+            pose[3:] = quaternions.multiply(turn, pose[3:])
+    mujoco.mj_forward(scene.model, data)
