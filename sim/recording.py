@@ -7,7 +7,7 @@ from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.runs.record import Record
 
 
-def record(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
+def write_recording(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
     """Write `path` (.rrd), which opens on a 3D view beside plots of the solver's figures.
 
     Timeline `sim_time` (s). Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force`,

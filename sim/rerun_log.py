@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 def write(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
-    """Write the recording; see `palanquin.sim.recording.record`."""
+    """Write the recording; see `palanquin.sim.recording.write_recording`."""
     recording = rr.RecordingStream("palanquin")
     recording.save(path, default_blueprint=blueprint(rollout))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)

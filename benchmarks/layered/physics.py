@@ -7,7 +7,7 @@ are a push and a rope, gravel and mulch are rough and soft ground.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +17,14 @@ from matplotlib.figure import Figure
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.robots import FEET
 from palanquin.sim.bar import plots
-from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.scenario import BarScenario
-from palanquin.sim.bar.team import BarTeam
-from palanquin.sim.bar.texts import parse_force
 from palanquin.sim.palette import robot_colour
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenarios.bar_texts import parse_force
+from palanquin.sim.scenarios.bars import BarScenario
 
 _LOADED = BarTeam(payload=4.53)
 _HEAVY = BarTeam(payload=6.8)
@@ -92,7 +92,7 @@ class Runs:
     def __call__(self, name: str, planner: str) -> Record:
         """The run of scenario `name` with `planner`."""
         if (name, planner) not in self.done:
-            scenario = replace(SCENARIOS[name], planner=planner, duration=self.duration)
+            scenario = SCENARIOS[name].changed(planner=planner, duration=self.duration)
             self.done[name, planner] = run_bars(scenario)
             self.progress("physics", len(self.done), NUMBER_OF_RUNS)
         return self.done[name, planner]

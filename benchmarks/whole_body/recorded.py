@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.scenario import BarScenario
-from palanquin.sim.bar.team import BarTeam
-from palanquin.sim.bar.texts import parse_force, parse_ground
 from palanquin.sim.runs.loop import ticks
 from palanquin.sim.runs.scenarios import physics
+from palanquin.sim.scenarios.bar_planners import build_planner
+from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenarios.bar_texts import parse_force, parse_ground
+from palanquin.sim.scenarios.bars import BarScenario
 
 Array = NDArray[np.float64]
 

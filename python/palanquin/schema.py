@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any
 
 from pydantic import (
@@ -57,14 +57,24 @@ class Strict(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        if isinstance(data, dict):
-            unknown = sorted(set(map(str, data)) - set(cls.model_fields))
-            if unknown:
-                raise ValueError(
-                    f"unknown key {', '.join(map(shown, unknown))}; "
-                    f"valid keys are {', '.join(cls.model_fields)}"
-                )
+        unknown = set(map(str, data)) - set(cls.model_fields) if isinstance(data, dict) else set()
+        if unknown:
+            raise ValueError(unknown_keys(sorted(unknown), cls.model_fields))
         return data
+
+
+class StrictData:
+    """Base of dataclasses that files hold: no conversion of types, no unknown keys.
+
+    They are read by pydantic's JSON mode, in which lists stand for tuples.
+    """
+
+    __pydantic_config__ = ConfigDict(strict=True, extra="forbid")
+
+
+def unknown_keys(unknown: Iterable[Any], known: Iterable[str]) -> str:
+    """Says which keys are valid instead."""
+    return f"unknown key {', '.join(map(shown, unknown))}; valid keys are {', '.join(known)}"
 
 
 def faults(error: ValidationError, data: Any) -> Iterator[tuple[Path, str]]:

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems.robots import A1, FEET
-from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
+from palanquin.sim.bar.ground import add_ground
 from palanquin.sim.palette import METAL, TIMBER, robot_colour
 from palanquin.sim.quadruped import bare_quadruped
 from palanquin.sim.robot_description import describe_robot
+from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
 from palanquin.sim.scene import add_cameras, add_surroundings, set_options
 
 Array = NDArray[np.float64]
@@ -56,7 +57,7 @@ def build_bar_scene(team: BarTeam, ground: Ground) -> BarScene:
     # A state that is not finite ends the run instead of starting over at the origin.
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     add_surroundings(spec)
-    ground.add_to(spec)
+    add_ground(ground, spec)
     alone = bare_quadruped(A1, visual=False)
     centre = _standing_centre(alone)
     for index, name in enumerate(team.names):

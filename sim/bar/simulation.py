@@ -8,9 +8,9 @@ import mujoco
 
 from palanquin import _sim
 from palanquin.problems.robots import FEET
-from palanquin.sim.bar.disturbances import Force, Rope
 from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.bar_forces import Force, Rope
 
 
 def make_simulation(

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from palanquin.problems import quaternions
-from palanquin.sim.bar.scenario import STANDING_TIME
 from palanquin.sim.runs.record import Record
+from palanquin.sim.scenarios.bars import STANDING_TIME
 
 SETTLING_TIME = 2.0
 """After the first step; velocity errors count from there, s."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin.problems.clm.references import Velocity
-from palanquin.sim.bar.team import STANDING_HEIGHT
+from palanquin.sim.scenarios.bar_team import STANDING_HEIGHT
 
 Array = NDArray[np.float64]
 

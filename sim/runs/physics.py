@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems import quaternions
-from palanquin.sim.bar.limits import timesteps
-from palanquin.sim.bar.scenario import STANDING_TIME, BarScenario, start_pose
 from palanquin.sim.bar.scene import BarScene, build_bar_scene
 from palanquin.sim.bar.simulation import control_settings, make_simulation
 from palanquin.sim.runs.bar_planner import BarPlan
 from palanquin.sim.runs.loop import Measurement
+from palanquin.sim.scenarios.bars import STANDING_TIME, BarScenario, start_pose
+from palanquin.sim.scenarios.limits import timesteps
 from palanquin.sim.scenarios.script import Orders
 
 Array = NDArray[np.float64]
@@ -38,7 +38,9 @@ class PhysicsPlant:
         ]
         control = control_settings(scenario.assumed_friction, STANDING_TIME)
         sensors = scenario.sensors.settings(scenario.seed)
-        self.simulation = make_simulation(self.scene, self.data, control, sensors, scenario.forces)
+        self.simulation = make_simulation(
+            self.scene, self.data, control, sensors, scenario.disturbances
+        )
         self._targets: list[_sim.RobotTarget] = []
         self._qpos = self.data.qpos.copy()
 

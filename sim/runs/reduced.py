@@ -14,12 +14,12 @@ from palanquin.problems.layered import rotations
 from palanquin.problems.layered.interconnected import Team
 from palanquin.problems.layered.planner import Planner, RobotStates
 from palanquin.problems.layered.plant import Payload, Plant
-from palanquin.sim.bar.team import STANDING_HEIGHT
 from palanquin.sim.runs.bar_planner import BarPlan, BarPlanner
 from palanquin.sim.runs.bar_reference import within_square
 from palanquin.sim.runs.loop import Measurement, run
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.teams import BarCarriers
+from palanquin.sim.scenarios.bar_team import STANDING_HEIGHT
 from palanquin.sim.scenarios.script import Orders
 
 Array = NDArray[np.float64]

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.layered.planner import Planner as LayeredPlanner
-from palanquin.sim.bar.planners import build_planner
-from palanquin.sim.bar.scenario import BarScenario
 from palanquin.sim.runs import loop
 from palanquin.sim.runs.bar_planner import BarPlanner
 from palanquin.sim.runs.bar_reference import within_circle
@@ -18,6 +16,8 @@ from palanquin.sim.runs.payload_planner import PayloadPlanner
 from palanquin.sim.runs.physics import PhysicsPlant
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.teams import BarCarriers
+from palanquin.sim.scenarios.bar_planners import build_planner
+from palanquin.sim.scenarios.bars import BarScenario
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.script import Director
 from palanquin.sim.team import Team
@@ -95,7 +95,7 @@ def run_bars(
 
     def has_arrived(first: loop.Tick, last: loop.Tick) -> bool:
         x, start = last.seen.bodies[:, 0], first.seen.bodies[:, 0]
-        return bool(x.min() - start.min() >= scenario.distance)
+        return bool(x.min() - start.min() >= (scenario.distance or math.inf))
 
     return loop.run(
         plant, leading, director or scenario, carriers, ticks_of(scenario, period), period,

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import MarkedYAMLError
 
 from palanquin import schema
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.bars import BarScenario, bar_fault
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.vectors import LONGEST_NAME
 from palanquin.user_files import read_text
 
+AnyScenario = Scenario | BarScenario
+
+_BARS = TypeAdapter(BarScenario)
 _MOST_VALUES = 1_000_000
 
 
@@ -38,12 +43,21 @@ class ScenarioFile:
             raise ScenarioError(f"{path}: a mapping with keys such as `robots` is needed")
         self._data = {"name": _name_from(self._path.stem), **data}
 
-    def scenario(self) -> Scenario:
+    def scenario(self) -> AnyScenario:
         """The scenario; raises ScenarioError that lists every fault."""
+        carry, context = self._data.get("carry", "hands"), {"folder": self._path.parent}
+        if carry not in ("hands", "bars"):
+            message = f"is {schema.shown(carry)}; it must be hands or bars"
+            raise ScenarioError(self.described(("carry",), message))
         try:
-            return Scenario.model_validate(self._data, context={"folder": self._path.parent})
+            if carry == "bars":
+                text = json.dumps(self._data, default=str)
+                return _BARS.validate_json(text, context=context)
+            return Scenario.model_validate(self._data, context=context)
         except ValidationError as error:
             found = schema.faults(error, self._data)
+            if carry == "bars":
+                found = (bar_fault(where, message) for where, message in found)
             lines = [self.described(where, message) for where, message in found]
             raise ScenarioError("\n".join(lines)) from error
 
@@ -53,9 +67,14 @@ class ScenarioFile:
         return f"{self._path}:{line_of(self._document, path)}: {field}{message}"
 
 
-def load_scenario(path: str | Path) -> Scenario:
+def load_scenario(path: str | Path) -> AnyScenario:
     """Reads a scenario; raises ScenarioError that lists every fault."""
     return ScenarioFile(path).scenario()
+
+
+def schemas() -> dict[str, dict[str, Any]]:
+    """JSON schemas of scenario files by what carries."""
+    return {"hands": Scenario.model_json_schema(), "bars": _BARS.json_schema()}
 
 
 def line_of(document: Any, path: schema.Path) -> int:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 
 from palanquin.sim.errors import InputError
-from palanquin.sim.scenarios.files import load_scenario
+from palanquin.sim.scenarios.files import AnyScenario, load_scenario
 from palanquin.sim.scenarios.scenario import Scenario
 
 _FOLDER = Path(__file__).parent
 
 SHIPPED = {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
-"""Their files by name."""
+"""Files of runs of carrying hands by name."""
+
+BARS = {path.stem: path for path in sorted((_FOLDER / "on_bars").glob("*.yaml"))}
+"""Files of runs on bars by name."""
 
 
 def find_file(name: str) -> Path:
@@ -22,11 +25,22 @@ def find_file(name: str) -> Path:
     path = Path(name)
     if path.suffix in (".yaml", ".yml", ".json") or path.is_file():
         return path
-    if name not in SHIPPED:
-        raise InputError(f"scenario: {name!r} is not known; known are {', '.join(SHIPPED)}")
-    return SHIPPED[name]
+    known = SHIPPED | BARS
+    if name not in known:
+        raise InputError(f"scenario: {name!r} is not known; known are {', '.join(known)}")
+    return known[name]
+
+
+def open_any(name: str) -> AnyScenario:
+    """The scenario of `find_file`, whatever carries; raises as `open_scenario`."""
+    return load_scenario(find_file(name))
 
 
 def open_scenario(name: str) -> Scenario:
-    """The scenario of `find_file`; raises InputError, or ScenarioError for a file with faults."""
-    return load_scenario(find_file(name))
+    """The scenario of `find_file`, of carrying hands; raises InputError, or ScenarioError for a
+    file with faults.
+    """
+    scenario = open_any(name)
+    if not isinstance(scenario, Scenario):
+        raise InputError(f"{name}: carry: is 'bars'; only runs of carrying hands can do this")
+    return scenario

@@ -71,6 +71,7 @@ class Scenario(Strict):
     trackings: Annotated[
         tuple[Literal["kinematic", "physics"], ...], Field(strict=False, min_length=1)
     ] = Field(("kinematic",), description="how the plan can be followed")
+    carry: Literal["hands"] = Field("hands", description="what carries; bars have fields of theirs")
     _lines: list[Line] = PrivateAttr()
 
     @model_validator(mode="after")
@@ -119,6 +120,11 @@ class Scenario(Strict):
         except ValidationError as error:
             lines = [f"{dotted(path)}: {message}" for path, message in faults(error, data)]
             raise InputError("; ".join(line.removeprefix(": ") for line in lines)) from error
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the robots."""
+        return tuple(robot.name for robot in self.robots)
 
     @property
     def bodies(self) -> list[str]:
@@ -193,6 +199,10 @@ class Scenario(Strict):
     def script(self) -> Script:
         """The run's commands, gait changes and pushes, as the closed loop asks for them."""
         return Script(self.command.start(), self.gait_changes, self.pushes)
+
+    def described(self) -> str:
+        """What one should see."""
+        return self.summary
 
     def check_tracking(self, tracking: str) -> None:
         """Raises InputError unless the plan can be followed that way."""

@@ -6,9 +6,9 @@ from pathlib import Path
 from fuzz.harness import SCRATCH, fuzz
 
 from palanquin.problems.clm.references import Velocity
-from palanquin.sim.bar import texts
-from palanquin.sim.bar.scenario import BarScenario
-from palanquin.sim.bar.team import BarTeam
+from palanquin.sim.scenarios import bar_texts as texts
+from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenarios.bars import BarScenario
 
 SEED = {
     "payload": "5@0.3",
@@ -42,5 +42,5 @@ if __name__ == "__main__":
     SCRATCH.mkdir(parents=True, exist_ok=True)
     seed = SCRATCH / "bar-seed.json"
     seed.write_text(json.dumps(SEED))
-    watch = ("palanquin.sim.bar",)
+    watch = ("palanquin.sim.scenarios",)
     fuzz(read, [seed], ".json", json.loads, lambda data: json.dumps(data).encode(), watch)

@@ -7,9 +7,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from palanquin.benchmarks.layered import physics
-from palanquin.sim.bar.scenario import BarScenario
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.scenarios.bars import BarScenario
 
 SET = ("blocks", "slippery", "pulled")
 HELD = ("pitch-yaw", "roll-yaw", "roll-pitch", "roll-pitch-yaw")

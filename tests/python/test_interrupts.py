@@ -51,7 +51,7 @@ def interrupted(where, *arguments, cwd):
         ("palanquin.problems.clm.solve.solve_case", ["solve", CASES / "stand.json"]),
         ("palanquin.sim.runs.nominal.nominal_step", ["demo", "trot", "--no-video"]),
         ("palanquin.sim.runs.physics.targets", ["demo", "bar", "--no-video"]),
-        ("palanquin.sim.bar.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
+        ("palanquin.sim.runs.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
         ("palanquin.benchmarks.measurement.take_turns", ["bench", "solver", "--quick"]),
         ("palanquin.sim.feasibility.findings", ["scenario", "check", "trot"]),
     ],
@@ -68,7 +68,7 @@ def test_a_stopped_campaign_goes_on(tmp_path):
     row = {"suite": "flat", "planner": "nominal", "seed": 1}
     file.write_text(json.dumps(row) + "\n")
     options = ["--planners", "nominal", "--seeds", "3", "--jobs", "2", "--json", file]
-    where = "palanquin.sim.bar.campaign.as_completed"
+    where = "palanquin.sim.runs.campaign.as_completed"
     result = interrupted(where, "campaign", "bar", *options, cwd=tmp_path)
     assert result.returncode == 130, result.stderr
     assert [json.loads(line) for line in file.read_text().splitlines()] == [row]

@@ -10,18 +10,19 @@ import pytest
 from palanquin.problems import quaternions
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.robots import A1
-from palanquin.sim.bar import campaign, texts
-from palanquin.sim.bar.disturbances import Force, Rope
-from palanquin.sim.bar.feasibility import findings
-from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.planners import PHYSICS, build_planner
-from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.bar.team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
 from palanquin.sim.errors import InputError
+from palanquin.sim.feasibility.bars import findings
+from palanquin.sim.runs import campaign
 from palanquin.sim.runs.loop import ticks
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import physics, run_bars
+from palanquin.sim.scenarios import bar_texts as texts
+from palanquin.sim.scenarios.bar_forces import Force, Rope
+from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_planners import PHYSICS, build_planner
+from palanquin.sim.scenarios.bar_team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
+from palanquin.sim.scenarios.bars import BarScenario, Sensors
 from palanquin.sim.scenarios.script import Orders
 
 

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from palanquin.sim.bar import campaign
-from palanquin.sim.bar.campaign import Results, Trial, run_trials, summary, trials
-from palanquin.sim.bar.scenario import BarScenario
 from palanquin.sim.errors import InputError
+from palanquin.sim.runs import campaign
+from palanquin.sim.runs.campaign import Results, Trial, run_trials, summary, trials
+from palanquin.sim.scenarios.bars import BarScenario
 
 
 def figures(seed: int, completed: bool = True, planner: str = "nominal") -> dict:

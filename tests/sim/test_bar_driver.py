@@ -3,9 +3,9 @@
 import pytest
 
 from palanquin.problems.clm.references import Velocity
-from palanquin.sim.bar.driver import Driver
-from palanquin.sim.bar.scenario import BarScenario
+from palanquin.sim.driver import Driver
 from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.scenarios.bars import BarScenario
 
 
 def press(driver: Driver, keys: str) -> None:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from palanquin import _sim
-from palanquin.sim.bar.ground import Ground
 from palanquin.sim.bar.scene import build_bar_scene
 from palanquin.sim.bar.simulation import control_settings, make_simulation
-from palanquin.sim.bar.team import BarTeam
+from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_team import BarTeam
 
 pytestmark = pytest.mark.bindings
 

@@ -18,8 +18,8 @@ from palanquin.problems.clm.case_problem import CaseProblem
 from palanquin.problems.height_map_files import read_heights
 from palanquin.problems.layered.case import load_layered_case
 from palanquin.problems.rough_kinds import HeightMapKind
-from palanquin.sim.bar import campaign
 from palanquin.sim.feasibility import findings
+from palanquin.sim.runs import campaign
 from palanquin.sim.scenarios import SHIPPED, ScenarioError, ScenarioFile, load_scenario
 from palanquin.sim.scenarios.recorded import CommandFileError, replayed
 

@@ -7,7 +7,7 @@ import pytest
 
 from palanquin.sim.errors import MissingExtraError
 from palanquin.sim.interpolation import normalised
-from palanquin.sim.recording import record
+from palanquin.sim.recording import write_recording
 
 
 @pytest.fixture(scope="module")
@@ -16,7 +16,7 @@ def chunks(rollout, trajectory, tmp_path_factory):
     from rerun.chunk import RrdReader
 
     path = tmp_path_factory.mktemp("recording") / "run.rrd"
-    record(rollout, trajectory, path)
+    write_recording(rollout, trajectory, path)
     assert path.stat().st_size < 5e6
     found = {}
     for chunk in RrdReader(str(path)).stream():
@@ -69,4 +69,4 @@ def test_missing_rerun_is_explained(rollout, trajectory, tmp_path, monkeypatch):
 
     monkeypatch.delattr(palanquin.sim, "rerun_log", raising=False)
     with pytest.raises(MissingExtraError, match=r"palanquin\[viz\]"):
-        record(rollout, trajectory, tmp_path / "run.rrd")
+        write_recording(rollout, trajectory, tmp_path / "run.rrd")

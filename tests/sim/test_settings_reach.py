@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from palanquin.problems.modules.wrench_cone import WrenchCone
-from palanquin.sim.bar.ground import Ground
-from palanquin.sim.bar.planners import KINDS, build_planner
-from palanquin.sim.bar.scenario import BarScenario, Sensors
 from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.bar.team import BarTeam
 from palanquin.sim.feasibility.route import payload_route
 from palanquin.sim.runs.loop import ticks
 from palanquin.sim.runs.scenarios import nominal, physics, run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
+from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_planners import KINDS, build_planner
+from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenarios.bars import BarScenario, Sensors
 from palanquin.sim.scenarios.settings import HandCone, PlannerSettings, WeightSettings
 
 TROT = open_scenario("trot")
@@ -127,7 +127,7 @@ OTHERS = {
     "pushes": {"pushes": [{"body": "left", "force": [0, 9, 0], "start": 0, "duration": 1}]},
     "seed": {"seed": 4},
 }
-NOT_OF_THE_RUN = {"name", "summary", "trackings"}
+NOT_OF_THE_RUN = {"carry", "name", "summary", "trackings"}
 TESTED_ABOVE = {"planner", "duration", "obstacles"}
 
 

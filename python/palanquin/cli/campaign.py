@@ -45,7 +45,7 @@ def bar(
     Exit status: 0 all runs done (whether or not the robots fell), 2 bad input.
     """
     with reported_errors():
-        from palanquin.sim.bar import campaign as campaigns
+        from palanquin.sim.runs import campaign as campaigns
 
         check_writable("--json", json_file)
         path = json_file or Path("out") / "campaign" / f"bar-{suite}.jsonl"

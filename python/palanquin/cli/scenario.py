@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from enum import StrEnum
 from typing import Annotated
 
 import typer
@@ -15,15 +16,25 @@ app = typer.Typer(help="Scenarios: what they are, and whether a file is one.", n
 Source = Annotated[str, typer.Argument(metavar="NAME|FILE", help="A scenario, or its file.")]
 
 
+class CarryName(StrEnum):
+    """What carries."""
+
+    HANDS = "hands"
+    BARS = "bars"
+
+
+Carry = Annotated[CarryName, typer.Option(help="Of files with this `carry`.")]
+
+
 @app.command("list")
 def show_all() -> None:
     """Lists the scenarios that come with the package."""
-    from palanquin.sim.scenarios import SHIPPED, open_scenario
+    from palanquin.sim.scenarios import BARS, SHIPPED, open_any
 
     table = Table(show_header=False, box=None)
-    for name in SHIPPED:
-        scenario = open_scenario(name)
-        table.add_row(name, f"{len(scenario.robots)} robots", scenario.summary)
+    for name in (*SHIPPED, *BARS):
+        scenario = open_any(name)
+        table.add_row(name, f"{len(scenario.names)} robots", scenario.summary)
     out.print(table)
 
 
@@ -38,20 +49,20 @@ def show(name: Source) -> None:
 
 
 @app.command()
-def schema() -> None:
+def schema(carry: Carry = CarryName.HANDS) -> None:
     """Prints the JSON schema of scenario files, for editors."""
-    from palanquin.sim.scenarios import Scenario
+    from palanquin.sim.scenarios import schemas
 
-    out.print_json(json.dumps(Scenario.model_json_schema()))
+    out.print_json(json.dumps(schemas()[carry.value]))
 
 
 @app.command()
-def fields() -> None:
+def fields(carry: Carry = CarryName.HANDS) -> None:
     """Prints every field of a scenario file with its kind, unit and default, as Markdown."""
     from palanquin.cli.scenario_fields import reference
-    from palanquin.sim.scenarios import Scenario
+    from palanquin.sim.scenarios import schemas
 
-    text = reference(Scenario.model_json_schema())
+    text = reference(schemas()[carry.value])
     out.print(text, markup=False, highlight=False, soft_wrap=True)
 
 

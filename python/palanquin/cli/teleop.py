@@ -66,7 +66,7 @@ def teleop(
     Exit status: 0 done, 1 the plan diverged, 2 bad input.
     """
     with reported_errors(), ExitStack() as stack:
-        from palanquin.cli.demo_scenario import overridden
+        from palanquin.cli.demo_overrides import hands_overridden
         from palanquin.cli.keyboard import open_keyboard
         from palanquin.cli.possible import require_possible
         from palanquin.sim.feasibility import findings
@@ -74,7 +74,7 @@ def teleop(
         from palanquin.sim.scenarios import open_scenario
         from palanquin.sim.scenarios.recorded import CommandRecorder
 
-        scenario = overridden(open_scenario(name), commands=commands, seed=seed)
+        scenario = hands_overridden(open_scenario(name), commands=commands, seed=seed)
         check_writable("--rrd", rrd)
         check_writable("--record", record)
         require_possible(findings(scenario))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from palanquin.sim.bar.limits import require_integer, require_number
+from pydantic import Field
+
+from palanquin.schema import StrictData
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.limits import require_integer, require_number
 
 AXES = ("roll", "pitch", "yaw")
 ATTACH = (0.0, 0.0, 0.15)
@@ -18,24 +22,20 @@ MOST_ROBOTS = 6
 
 
 @dataclass(frozen=True)
-class BarTeam:
+class BarTeam(StrictData):
     """M A1s side by side, from left to right, M - 1 bars on ball joints between them.
 
-    Attributes:
-        robots: M, from 2.
-        length: of a bar between its joints, m.
-        bar_mass: of a bar, kg.
-        payload: mass of the load on each bar, kg; 0 for none. No planner knows of it.
-        payload_at: where on the bar it is, from 0 at the left end to 1 at the right one.
-        restrict: axes about which the joints can't turn: "roll", "pitch", "yaw" (Figure 5).
+    No planner knows of the load.
     """
 
-    robots: int = 2
-    length: float = 1.0
-    bar_mass: float = 0.3
-    payload: float = 0.0
-    payload_at: float = 0.5
-    restrict: tuple[str, ...] = ()
+    robots: Annotated[int, Field(description="M, from 2 to 6")] = 2
+    length: Annotated[float, Field(description="of a bar between its joints, m")] = 1.0
+    bar_mass: Annotated[float, Field(description="of a bar, kg")] = 0.3
+    payload: Annotated[float, Field(description="mass of the load on each bar, kg")] = 0.0
+    payload_at: Annotated[float, Field(description="where on it: 0 left end, 1 right end")] = 0.5
+    restrict: Annotated[
+        tuple[str, ...], Field(description="axes that joints can't turn about: roll, pitch, yaw")
+    ] = ()
 
     def __post_init__(self) -> None:
         require_integer("robots", self.robots, 2, MOST_ROBOTS)

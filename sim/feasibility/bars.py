@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.sim.bar.ground import BEHIND, LENGTH, WIDTH
-from palanquin.sim.bar.scenario import BarScenario, start_pose
 from palanquin.sim.bar.scene import places
 from palanquin.sim.feasibility.finding import Finding
+from palanquin.sim.scenarios.bar_ground import BEHIND, LENGTH, WIDTH
+from palanquin.sim.scenarios.bars import BarScenario, start_pose
 
 _STEP = 0.05
 """Between two looks at the way, s."""
@@ -63,7 +63,7 @@ def commanded_routes(scenario: BarScenario) -> NDArray[np.float64]:
         position += _STEP * np.column_stack([cos * vx - sin * vy, sin * vx + cos * vy])
         yaws += _STEP * wz
         routes.append(position.copy())
-        if (position - start)[:, 0].min() >= scenario.distance:
+        if (position - start)[:, 0].min() >= (scenario.distance or math.inf):
             break
     return np.stack(routes, axis=1)
 

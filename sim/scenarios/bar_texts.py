@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 
 from palanquin.problems.clm.references import Velocity
-from palanquin.sim.bar.disturbances import Force, Rope
-from palanquin.sim.bar.ground import KINDS, Ground
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.bar_forces import Force, Rope
+from palanquin.sim.scenarios.bar_ground import KINDS, Ground
 
 ROPE = 1.2
 """Length of the rope of `pull`, m."""

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from palanquin.problems.clm.references import Velocity
-from palanquin.sim.bar.disturbances import Force, Rope
-from palanquin.sim.bar.scenario import PLANNERS, BarScenario
-from palanquin.sim.bar.team import BarTeam
-from palanquin.sim.bar.texts import parse_force, parse_ground
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.scenarios.bar_forces import Force, Rope
+from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenarios.bar_texts import parse_force, parse_ground
+from palanquin.sim.scenarios.bars import PLANNERS, BarScenario
 from palanquin.user_files import read_text
 
 _TEN_METRES = 10.0
@@ -126,7 +126,7 @@ class Trial:
 
     def scenario(self) -> BarScenario:
         """What to run; every trial but that of seed 0 starts a little off."""
-        return replace(SUITES[self.suite](self.seed), planner=self.planner, seed=self.seed)
+        return SUITES[self.suite](self.seed).changed(planner=self.planner, seed=self.seed)
 
     def run(self) -> dict[str, Any]:
         """Its figures, with the trial itself."""

@@ -9,10 +9,14 @@ import numpy as np
 
 from palanquin import _sim
 from palanquin.problems import checks
-from palanquin.sim.bar.limits import require_number
+from palanquin.schema import StrictData
 from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios.limits import require_number
 
 Vector = tuple[float, float, float]
+
+FOREVER = 1e9
+"""Later than any run's end, s."""
 
 MOST_FORCE = 1e5
 """Along an axis, N: some thousand times what a robot weighs is a mistake."""
@@ -30,7 +34,7 @@ def _require_order(field: str, start: float, end: float) -> None:
 
 
 @dataclass(frozen=True)
-class Force:
+class Force(StrictData):
     """A force on robot `robot` (by index) at its trunk's origin, world axes.
 
     amplitude sin(2 pi (t - start) / period + phase) on each axis; an infinite period with a phase
@@ -49,7 +53,7 @@ class Force:
     period: Vector = (1.0, 0.7, 0.4)
     phase: Vector = (0.0, 0.0, 0.0)
     start: float = 1.0
-    end: float = math.inf
+    end: float = FOREVER
 
     def __post_init__(self) -> None:
         _require_force("force.amplitude", self.amplitude)
@@ -61,9 +65,7 @@ class Force:
         _require_order("force", self.start, self.end)
 
     @classmethod
-    def constant(
-        cls, robot: int, value: Vector, start: float = 1.0, end: float = math.inf
-    ) -> Force:
+    def constant(cls, robot: int, value: Vector, start: float = 1.0, end: float = FOREVER) -> Force:
         """The force `value` (N) from `start` to `end`: a push, or a steady load."""
         return cls(robot, value, (math.inf,) * 3, (math.pi / 2,) * 3, start, end)
 
@@ -78,7 +80,7 @@ class Force:
 
 
 @dataclass(frozen=True)
-class Rope:
+class Rope(StrictData):
     """A rope from robot `robot`'s trunk to an anchor that a person walks away with.
 
     Attributes:
@@ -98,7 +100,7 @@ class Rope:
     stiffness: float = 60.0
     damping: float = 10.0
     start: float = 1.0
-    end: float = math.inf
+    end: float = FOREVER
 
     def __post_init__(self) -> None:
         checks.array("rope.anchor", self.anchor, 3)

@@ -11,8 +11,8 @@ from palanquin.problems.layered.interconnected import COMPOSITE_INERTIA, Team
 from palanquin.problems.layered.planner import Planner
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
 from palanquin.problems.robots import A1
-from palanquin.sim.bar.scenario import BarScenario
-from palanquin.sim.bar.team import ATTACH, BarTeam
+from palanquin.sim.scenarios.bar_team import ATTACH, BarTeam
+from palanquin.sim.scenarios.bars import BarScenario
 
 KINDS: dict[str, type[Planner]] = {
     "centralized": CentralizedPlanner,

@@ -1,0 +1,121 @@
+"""The demo of a payload in hands: the nominal model, shown by inverse kinematics."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from palanquin.cli.console import err
+from palanquin.cli.demo_files import PICTURE_SHARE
+from palanquin.cli.watching import Bars, show_failed_plan
+from palanquin.sim.clearance import clearance_figures
+from palanquin.sim.figures import draw_figures
+from palanquin.sim.kinematic import track
+from palanquin.sim.recording import write_recording
+from palanquin.sim.render import Motion, planned_motion
+from palanquin.sim.runs.loop import number_of_ticks
+from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.scenarios import Scenario
+
+
+class HandsDemo:
+    """As of `Shown`."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario = scenario
+        self._ticks = number_of_ticks(scenario.duration, scenario.planner.period)
+
+    def run(self, progress: Bars) -> Record:
+        """Plans live, then finds the joints' motion."""
+        self._planner = self._scenario.build_planner()
+        advance = progress("planning", self._ticks)
+        self._record = run_scenario(self._scenario, self._planner, advance)
+        self._trajectory = track(self._record, progress=progress("tracking", 1.0))
+        return self._record
+
+    def settings(self) -> dict[str, Any]:
+        """Gait, command, horizon and solver."""
+        scenario, planner = self._scenario, self._planner
+        gaits = [robot.gait.name for robot in scenario.robots]
+        first = scenario.command.start().velocity(0.0, planner.reference, scenario.planner.period)
+        settings = planner.sqp.settings
+        return {
+            "gait": gaits[0] if len(set(gaits)) == 1 else gaits,
+            "gait_changes": len(scenario.gait_changes),
+            "velocity": [first.vx, first.vy, first.wz],
+            "command": scenario.command.model_dump(mode="json"),
+            "horizon": planner.horizon,
+            "dt_s": planner.dt,
+            "rate_hz": scenario.planner.rate,
+            "qp": settings.qp,
+            "sqp_iterations_per_period": settings.max_iterations,
+            "threads": settings.threads,
+            "candidates": scenario.planner.candidates,
+        }
+
+    def more_figures(self) -> dict[str, Any]:
+        """Of the inverse kinematics, and distances from obstacles."""
+        near = (
+            {"clearance": clearance_figures(self._trajectory)} if self._scenario.obstacles else {}
+        )
+        return {"kinematics": self._trajectory.summary(), **near}
+
+    def plot(self, path: Path) -> None:
+        """Tracking errors, solve times, violations."""
+        draw_figures(self._record, path)
+
+    def record(self, path: Path) -> None:
+        """Bodies, plan, solver and tracking."""
+        write_recording(self._record, self._trajectory, path)
+
+    def motion(self) -> Motion:
+        """With the plan of the time."""
+        return planned_motion(self._trajectory, self._record)
+
+    def picture_share(self) -> float:
+        """In the middle of what pushes, or else under way."""
+        record = self._record
+        pushed = np.flatnonzero(record.more["disturbance"].any(axis=(1, 2)))
+        if not len(pushed) or record.time[-1] == 0:
+            return PICTURE_SHARE
+        return float(record.time[pushed[len(pushed) // 2]] / record.time[-1])
+
+    def table(self, figures: dict[str, Any]) -> Table:
+        """Errors, violations, times, events."""
+        gaits = dict.fromkeys(robot.gait.name for robot in self._scenario.robots)
+        title = f"{self._scenario.name}: {figures['robots']} robots, {', '.join(gaits)}"
+        error = figures["payload_position_error_m"]
+        table = Table(title=title, show_header=False)
+        table.add_row("completed", "yes" if figures["completed"] else "no")
+        table.add_row(
+            "duration, distance", f"{figures['duration_s']:.1f} s, {figures['distance_m']:.2f} m"
+        )
+        table.add_row(
+            "payload position error after 1 s",
+            f"rms {1e3 * error['rms']:.3g} mm, max {1e3 * error['max']:.3g} mm",
+        )
+        table.add_row("worst violation (m, 100 N)", _listed(figures["violation"], ".2g"))
+        if "clearance" in figures:
+            distances = {kind: least["distance_m"] for kind, least in figures["clearance"].items()}
+            table.add_row("smallest distances, m", _listed(distances, ".3f"))
+        table.add_row("time of a plan, ms", _listed(figures["solve_ms"], ".2f"))
+        table.add_row("the solver's part, ms", _listed(figures["solver_ms"], ".2f"))
+        missed = f"{figures['deadline_misses']}, {figures['fallbacks']}"
+        table.add_row("deadline misses, fallbacks", missed)
+        events = {name: count for name, count in figures["events"].items() if count > 0}
+        table.add_row("events", _listed(events, "d") if events else "none: full steps throughout")
+        return table
+
+    def explain_failure(self, figures: dict[str, Any]) -> None:
+        """A fall or a plan that diverged, and the plan with which it began."""
+        why = "a body fell" if figures["fell"] else "the plan diverged"
+        err.print(f"not completed: {why}", markup=False)
+        show_failed_plan(self._planner)
+
+
+def _listed(values: dict[str, float], form: str) -> str:
+    return ", ".join(f"{name} {value:{form}}" for name, value in values.items())

@@ -1,0 +1,113 @@
+"""What the options of a demo change in its scenario: overrides of fields."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from palanquin.sim.errors import InputError
+from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario, bar_texts, with_robots
+from palanquin.sim.scenarios.bars import Sensors
+from palanquin.sim.scenarios.command import VelocityStep
+from palanquin.sim.scenarios.recorded import replayed
+
+_FOR_BOTH = {"robots", "velocity", "duration", "seed"}
+
+
+def overridden(scenario: AnyScenario, **options: Any) -> AnyScenario:
+    """The scenario with the options that were given, whatever carries; raises as those below."""
+    if not isinstance(scenario, BarScenario):
+        return hands_overridden(scenario, **options)
+    for name in _given(**options).keys() - _FOR_BOTH:
+        raise InputError(f"--{name}: robots on bars have no such setting")
+    return bars_overridden(scenario, **_given(**options))
+
+
+def hands_overridden(
+    scenario: Scenario,
+    *,
+    commands: Path | None = None,
+    robots: int | None = None,
+    gait: str | None = None,
+    velocity: str | None = None,
+    duration: float | None = None,
+    seed: int | None = None,
+    **planner: Any,
+) -> Scenario:
+    """The scenario with the options that were given; `planner` are fields of its settings.
+
+    Raises InputError or ValueError that names the field and the rule.
+    """
+    if commands is not None:
+        scenario = replayed(scenario, commands)
+    if robots is not None:
+        scenario = with_robots(scenario, robots)
+    changes = _given(duration=duration, seed=seed)
+    if velocity is not None:
+        changes["command"] = {"type": "velocity", "steps": [parse_velocity(velocity)]}
+    if gait is not None:
+        changes["robots"] = [{**dict(robot), "gait": gait} for robot in scenario.robots]
+        changes["gait_changes"] = []
+    return scenario.changed(**changes, planner={**dict(scenario.planner), **_given(**planner)})
+
+
+def bars_overridden(
+    scenario: AnyScenario,
+    *,
+    robots: int | None = None,
+    payload: str | None = None,
+    restrict: str | None = None,
+    terrain: str | None = None,
+    velocity: str | None = None,
+    noise: float | None = None,
+    delay: float | None = None,
+    friction: float | None = None,
+    step: float | None = None,
+    softness: float | None = None,
+    seed: int | None = None,
+    **fields: Any,
+) -> BarScenario:
+    """The scenario of robots on bars with the options that were given; raises as `overridden`."""
+    if not isinstance(scenario, BarScenario):
+        raise InputError(f"carry: '{scenario.name}' is carried by hands, not on bars")
+    team, ground = _given(robots=robots), _given(friction=friction, step=step, softness=softness)
+    if payload is not None:
+        team["payload"], team["payload_at"] = bar_texts.parse_payload(payload)
+    if restrict is not None:
+        team["restrict"] = tuple(axis for axis in restrict.split(",") if axis)
+    if terrain is not None:
+        told_ground = bar_texts.parse_ground(terrain)
+        ground["kind"] = told_ground.kind
+        if ":" in terrain:
+            ground["height"] = told_ground.height
+    if seed is not None:
+        ground["seed"] = seed
+    sensors = scenario.sensors if noise is None else Sensors.usual(noise, scenario.sensors.delay)
+    changes = _given(**fields, seed=seed)
+    if velocity is not None:
+        told = bar_texts.parse_velocities(velocity)
+        changes |= {"velocity": told[0], "velocities": told if len(told) > 1 else ()}
+    return scenario.changed(
+        team=replace(scenario.team, **team),
+        ground=replace(scenario.ground, **ground),
+        sensors=replace(sensors, **_given(delay=delay)),
+        **changes,
+    )
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    """Those that were given."""
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def parse_velocity(text: str) -> VelocityStep:
+    """A command of the form VX[,VY[,WZ]]; raises ValueError that shows it."""
+    names = ("vx", "vy", "wz")
+    try:
+        values = [float(part) for part in text.split(",")]
+        return VelocityStep(**dict(zip(names[: len(values)], values, strict=True)))
+    except ValueError as error:
+        raise ValueError(
+            f"--velocity {text}: VX[,VY[,WZ]] is needed, such as 0.4 or 0.3,0,0.2"
+        ) from error
