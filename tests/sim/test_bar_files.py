@@ -114,7 +114,7 @@ def test_what_carries_is_hands_or_bars(tmp_path):
     with pytest.raises(ScenarioError, match=r":1: carry: is 'boats'; it must be hands or bars"):
         ScenarioFile(path).scenario()
     path.write_text("carry: bars\n")
-    with pytest.raises(ScenarioError, match="only runs of carrying hands"):
+    with pytest.raises(InputError, match="only runs of carrying hands"):
         open_scenario(str(path))
 
 
