@@ -191,7 +191,7 @@ Manifest parse_manifest(const std::string& text, const std::string& source) {
       line.finish();
       if (entries(manifest) > kLargestSize) throw std::runtime_error("the problem is too large");
     } catch (const std::runtime_error& error) {
-      throw std::runtime_error("'" + source + "': manifest line " + quoted(content) + ": " +
+      throw std::runtime_error("'" + source + "': manifest line " + excerpt(content) + ": " +
                                error.what());
     }
     if (!is_changeable(content)) manifest.structure.append(content) += '\n';

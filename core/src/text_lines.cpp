@@ -17,7 +17,7 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
   return pieces;
 }
 
-std::string quoted(std::string_view line) {
+std::string excerpt(std::string_view line) {
   const auto is_inside_character = [&](std::size_t at) { return (line[at] & 0xC0) == 0x80; };
   std::size_t end = std::min<std::size_t>(line.size(), 80);
   while (end > 0 && end < line.size() && is_inside_character(end)) --end;

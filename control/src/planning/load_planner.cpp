@@ -149,7 +149,7 @@ std::unique_ptr<TeamPlanner> load_planner(const std::string& folder) {
       reader.read(line);
       line.finish();
     } catch (const std::exception& error) {
-      throw std::runtime_error("'" + path + "': line " + quoted(statement) + ": " + error.what());
+      throw std::runtime_error("'" + path + "': line " + excerpt(statement) + ": " + error.what());
     }
   }
   try {

@@ -10,7 +10,7 @@ namespace palanquin {
 std::vector<std::string_view> split(std::string_view text, char separator);
 
 /// The beginning of a line for a message, in quotes: whole characters of UTF-8 that fill 80 bytes.
-std::string quoted(std::string_view line);
+std::string excerpt(std::string_view line);
 
 /// The words of a line of a text file, taken one after the other. Numbers are read by from_chars,
 /// which knows no locale. Whatever is not as it should be throws std::runtime_error in words.
