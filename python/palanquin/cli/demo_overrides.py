@@ -53,21 +53,12 @@ def hands_overridden(
 
 
 def bars_overridden(
-    scenario: AnyScenario,
-    *,
-    robots: int | None = None,
-    payload: str | None = None,
-    restrict: str | None = None,
-    terrain: str | None = None,
-    velocity: str | None = None,
-    noise: float | None = None,
-    delay: float | None = None,
-    friction: float | None = None,
-    step: float | None = None,
-    softness: float | None = None,
-    seed: int | None = None,
+    scenario: AnyScenario, *, robots: int | None = None, payload: str | None = None,
+    restrict: str | None = None, terrain: str | None = None, velocity: str | None = None,
+    noise: float | None = None, delay: float | None = None, friction: float | None = None,
+    step: float | None = None, softness: float | None = None, seed: int | None = None,
     **fields: Any,
-) -> BarScenario:
+) -> BarScenario:  # fmt: skip
     """The scenario of robots on bars with the options that were given; raises as `overridden`."""
     if not isinstance(scenario, BarScenario):
         raise InputError(f"carry: '{scenario.name}' is carried by hands, not on bars")
