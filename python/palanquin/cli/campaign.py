@@ -19,25 +19,32 @@ def campaign() -> None:
     """Runs a suite over many seeds; a stopped one goes on where it was."""
 
 
+Suite = Annotated[
+    str,
+    typer.Option(
+        help="flat (30 s; 0, 5, 6.8 kg), rough (10 m of 5 cm, 5 kg, 20 N), rougher (12 cm), "
+        "slippery (friction 0.3), sin40 and sin60 (sinusoids on all axes, N), axis40 and "
+        "axis60 (on one axis), or opposed (30 N)."
+    ),
+]
+Planners = Annotated[
+    str, typer.Option(help="Some of centralized, distributed, nominal, with commas.")
+]
+Seeds = Annotated[int, typer.Option(min=1, max=10_000, help="Seeds 1 to this one.")]
+Jobs = Annotated[int, typer.Option(min=1, max=256, help="Processes.")]
+Results = Annotated[
+    Path | None,
+    typer.Option("--json", help="Results, one line a run; continued if it exists."),
+]
+
+
 @app.command()
 def bar(
-    suite: Annotated[
-        str,
-        typer.Option(
-            help="flat (30 s; 0, 5, 6.8 kg), rough (10 m of 5 cm, 5 kg, 20 N), rougher (12 cm), "
-            "slippery (friction 0.3), sin40 and sin60 (sinusoids on all axes, N), axis40 and "
-            "axis60 (on one axis), or opposed (30 N)."
-        ),
-    ] = "flat",
-    planners: Annotated[
-        str, typer.Option(help="Some of centralized, distributed, nominal, with commas.")
-    ] = "centralized,distributed",
-    seeds: Annotated[int, typer.Option(min=1, max=10_000, help="Seeds 1 to this one.")] = 20,
-    jobs: Annotated[int, typer.Option(min=1, max=256, help="Processes.")] = 2,
-    json_file: Annotated[
-        Path | None,
-        typer.Option("--json", help="Results, one line a run; continued if it exists."),
-    ] = None,
+    suite: Suite = "flat",
+    planners: Planners = "centralized,distributed",
+    seeds: Seeds = 20,
+    jobs: Jobs = 2,
+    json_file: Results = None,
 ) -> None:
     """Walks A1s on a bar over many seeds, in full physics, and counts who arrives.
 

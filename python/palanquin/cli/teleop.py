@@ -35,28 +35,26 @@ _STATUS_INTERVAL = 0.1
 """Between two looks at the status line, s."""
 
 
+Team = Annotated[str, typer.Argument(metavar="[NAME|FILE]", help="The scenario whose team walks.")]
+RecordFile = Annotated[
+    Path | None, typer.Option("--record", help="File for the commands, to replay them.")
+]
+Commands = Annotated[Path | None, typer.Option(help="Recorded commands instead of the keyboard.")]
+Rrd = Annotated[Path | None, typer.Option("--rrd", help="File for the Rerun recording.")]
+Headless = Annotated[
+    bool | None,
+    typer.Option(
+        "--headless/--window",
+        help="Without or with Rerun's viewer; a window if there is a display.",
+    ),
+]
+Seed = Annotated[int | None, typer.Option(min=0, max=LAST_SEED, help="As of `palanquin demo`.")]
+
+
 def teleop(
-    name: Annotated[
-        str, typer.Argument(metavar="[NAME|FILE]", help="The scenario whose team walks.")
-    ] = "trot",
-    record: Annotated[
-        Path | None, typer.Option(help="File for the commands, to replay them.")
-    ] = None,
-    commands: Annotated[
-        Path | None, typer.Option(help="Recorded commands instead of the keyboard.")
-    ] = None,
-    rrd: Annotated[Path | None, typer.Option("--rrd", help="File for the Rerun recording.")] = None,
-    headless: Annotated[
-        bool | None,
-        typer.Option(
-            "--headless/--window",
-            help="Without or with Rerun's viewer; a window if there is a display.",
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None, typer.Option(min=0, max=LAST_SEED, help="As of `palanquin demo`.")
-    ] = None,
-) -> None:
+    name: Team = "trot", record: RecordFile = None, commands: Commands = None, rrd: Rrd = None,
+    headless: Headless = None, seed: Seed = None,
+) -> None:  # fmt: skip
     """Drives a team with the keyboard, in real time, and shows its plan live in Rerun.
 
     Arrows change speed and turn, a and d go sideways, space stops, 1 to 6 choose the gait, tab
