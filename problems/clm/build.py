@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from palanquin.policies import Penalty
 from palanquin.problem import Problem
 from palanquin.problems import modules as m
 from palanquin.problems.clm.team import Team
-from palanquin.problems.modules.limits import FORCE_UNIT
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.problems.terrains import Terrain
-
-FORCE_FAMILIES = ("normal", "friction", "hand")
-FAMILIES = ("leg", "arm", *FORCE_FAMILIES, "ditch", "area", "collision")
 
 
 def build_clm(
@@ -25,6 +24,7 @@ def build_clm(
     obstacles: m.Obstacles | None = None,
     hand_cone: m.WrenchCone | None = None,
     holds_inputs: bool = False,
+    limits: Mapping[str, Any] | None = None,
 ) -> Problem:
     """The optimal control problem of a team that carries a payload.
 
@@ -40,9 +40,11 @@ def build_clm(
         ditches: how many ditches the problem can hold, or their module with its settings.
         weights: of the costs.
         obstacles: what bodies keep clear of; nothing unless told.
-        hand_cone: limits of the wrench at each hand; none unless told.
+        hand_cone: limits of the wrench at each hand; none unless told. The same as in `limits`.
         holds_inputs: whether forces may keep their value for several knots, see
             `set_input_blocks`.
+        limits: of families of inequalities that are options, by what they are called; see
+            `modules.families`.
     """
     problem = Problem(horizon, dt, name=f"clm{len(team.carriers)}")
     payload = problem.add(m.RigidBody("payload", team.payload.mass, team.payload.inertia))
@@ -57,12 +59,14 @@ def build_clm(
                 holds_inputs=holds_inputs,
             )
         )
-        problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw, hand_cone))
+        problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw))
     problem.add(m.Terrain(terrain, friction))
     if ditches:
         problem.add(m.Ditches(ditches) if isinstance(ditches, int) else ditches)
     if obstacles is not None:
         problem.add(obstacles)
+    cone = {"hand_cone": hand_cone} if hand_cone is not None else {}
+    m.add_options(problem, {**cone, **(limits or {})})
     return problem
 
 
@@ -71,5 +75,5 @@ def paper_policy(family: str, stiffness: float = 42.0, smoothing: float = 1e-4) 
 
     A row in units of u has h = u h', so that S(h) = K u^2 (h'^2 + (eps/u)^2 / 3) above eps/u.
     """
-    unit = FORCE_UNIT if family in FORCE_FAMILIES else 1.0
+    unit = m.unit_of(family)
     return Penalty(stiffness=stiffness * unit**2, smoothing=smoothing / unit)

@@ -1,6 +1,7 @@
 """Reusable pieces of problems; `Problem.add` takes them and returns their handles."""
 
 from palanquin.problems.modules.ditches import Ditches, DitchField
+from palanquin.problems.modules.families import FAMILIES, Family, add_options, unit_of
 from palanquin.problems.modules.grasp import Grasp, Hand
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.leg import Foot, Leg
@@ -13,12 +14,14 @@ from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.problems.modules.wrench_cone import WrenchCone
 
 __all__ = [
+    "FAMILIES",
     "GRAVITY",
     "TABLE_I",
     "ArmedQuadruped",
     "Body",
     "DitchField",
     "Ditches",
+    "Family",
     "Foot",
     "Grasp",
     "Ground",
@@ -32,4 +35,6 @@ __all__ = [
     "Tracking",
     "Weights",
     "WrenchCone",
+    "add_options",
+    "unit_of",
 ]

@@ -13,8 +13,11 @@ from palanquin.errors import ProblemError
 from palanquin.policies import Penalty
 from palanquin.problem import Expression, Problem
 from palanquin.problems import checks
+from palanquin.problems.modules.families import Family, register
 from palanquin.problems.modules.leg import Foot
-from palanquin.problems.modules.limits import DITCH_POLICY
+from palanquin.problems.modules.limits import REACH_POLICY
+
+DITCH = register(Family("ditch", REACH_POLICY))
 
 Formulation = Literal["distance", "squared"]
 
@@ -46,7 +49,7 @@ class Ditches:
         at_most: int = 12,
         lines: Sequence[Sequence[float]] = (),
         formulation: Formulation = "distance",
-        policy: Penalty = DITCH_POLICY,
+        policy: Penalty = DITCH.policy,
     ) -> None:
         if not isinstance(at_most, int) or at_most < 1:
             raise ProblemError(f"ditches.at_most is {at_most!r}; it must be an integer >= 1")

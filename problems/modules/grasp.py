@@ -12,12 +12,14 @@ import numpy as np
 
 from palanquin.problem import Expression, Problem
 from palanquin.problems import checks
+from palanquin.problems.modules.families import Family, register
 from palanquin.problems.modules.held_input import held_input
-from palanquin.problems.modules.limits import FORCE_POLICY, FORCE_UNIT, REACH_POLICY, smooth_norm
+from palanquin.problems.modules.limits import REACH_POLICY, smooth_norm
 from palanquin.problems.modules.quadruped import Quadruped
 from palanquin.problems.modules.rigid_body import Body
 from palanquin.problems.modules.tracking import Tracking
-from palanquin.problems.modules.wrench_cone import WrenchCone, cone_rows
+
+ARM = register(Family("arm", REACH_POLICY))
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +55,6 @@ class Grasp:
         robot: handle of the robot.
         attach: grasp point in the payload's frame, m, [3].
         yaw: the robot's reference heading relative to the payload's, rad.
-        cone: limits of the wrench, rows of family `hand`; then `<robot>.hand.cone` [4] is a
-            parameter too. None unless told, as in the paper.
     """
 
     def __init__(
@@ -63,13 +63,11 @@ class Grasp:
         robot: Quadruped,
         attach: Sequence[float],
         yaw: float = 0.0,
-        cone: WrenchCone | None = None,
     ) -> None:
         self.payload = payload
         self.robot = robot
         self.attach = checks.array(f"{robot.name}.attach", attach, 3)
         self.yaw = checks.finite(f"{robot.name}.yaw", yaw)
-        self.cone = cone
 
     def add_to(self, problem: Problem) -> Hand:
         """Adds the wrench, the arm's reach and the wrench's regularisation."""
@@ -90,12 +88,7 @@ class Grasp:
         robot.apply(force, arm=hand, torque=torque)  # (2)
         payload.apply(-force, arm=payload_arm, torque=-torque)  # (3)
         reach = smooth_norm(hand - robot.offset(base)) - length
-        problem.inequality("arm", reach, policy=REACH_POLICY, robot=name, limb="hand")  # (8b)
+        problem.inequality("arm", reach, policy=ARM.policy, robot=name, limb="hand")  # (8b)
         problem.residual(f"{name}.hand.force", force, weight=force_weight)  # (13b)
         problem.residual(f"{name}.hand.torque", torque, weight=torque_weight)
-        if self.cone is not None:
-            cone = problem.parameter(f"{name}.hand.cone", 4, self.cone.values())
-            rows = cone_rows(-force, -torque, payload.orientation, self.yaw, cone)
-            options = {"scale": FORCE_UNIT, "robot": name, "limb": "hand"}
-            problem.inequality("hand", rows, FORCE_POLICY, **options)
         return Hand(payload, self.robot, self.attach, self.yaw, force, torque)

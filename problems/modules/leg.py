@@ -13,10 +13,13 @@ import casadi as ca
 
 from palanquin.errors import ProblemError
 from palanquin.problem import Chart, Expression, Problem, Role
+from palanquin.problems.modules.families import Family, register
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.held_input import held_input
 from palanquin.problems.modules.limits import REACH_POLICY, smooth_norm
 from palanquin.problems.modules.rigid_body import Body
+
+LEG = register(Family("leg", REACH_POLICY))
 
 
 @dataclass(eq=False)
@@ -105,7 +108,7 @@ class Leg:
         r = foot.position - body.position
         body.apply(contact * foot.force, arm=r)  # (2)
         reach = smooth_norm(r - body.offset(self.hip)) - self.length
-        problem.inequality("leg", reach, policy=REACH_POLICY, **owner)  # (8a)
+        problem.inequality("leg", reach, policy=LEG.policy, **owner)  # (8a)
         problem.residual(f"{name}.foothold", r - self.reference, weight=self.foothold_weight)
         problem.residual(f"{name}.force", foot.force, weight=self.force_weight)  # (13a)
         return foot

@@ -14,9 +14,6 @@ FORCE_UNIT = 100.0
 # 2 cm inside a ditch.
 REACH_POLICY = Penalty(stiffness=42000.0, smoothing=1e-3)
 FORCE_POLICY = Penalty(stiffness=420.0, smoothing=1e-3)
-AREA_POLICY = Penalty(stiffness=42000.0, smoothing=1e-3)
-COLLISION_POLICY = Penalty(stiffness=4200.0, smoothing=5e-3)
-DITCH_POLICY = Penalty(stiffness=42000.0, smoothing=1e-3)
 
 _TINY_SQUARED = 1e-12  # m^2
 

@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palanquin.errors import ProblemError
+from palanquin.policies import Penalty
 from palanquin.problem import Expression, Problem
 from palanquin.problems import checks
+from palanquin.problems.modules.families import Family, register
 from palanquin.problems.modules.grasp import Hand
 from palanquin.problems.modules.leg import Foot
-from palanquin.problems.modules.limits import COLLISION_POLICY
 from palanquin.problems.modules.rigid_body import Body
 from palanquin.problems.modules.volumes import Capsule, Prism, distance_from_capsule
 from palanquin.problems.robots import SingleRigidBody
+
+COLLISION = register(Family("collision", Penalty(stiffness=4200.0, smoothing=5e-3)))
 
 NONE = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """An obstacle that does not exist."""
@@ -130,7 +133,7 @@ class Obstacles:
 def _add(
     problem: Problem, row: Expression, body: str, other: str, active: Expression | float = 1.0
 ) -> None:
-    problem.inequality("collision", row, COLLISION_POLICY, robot=body, limb=other, active=active)
+    problem.inequality("collision", row, COLLISION.policy, robot=body, limb=other, active=active)
 
 
 def _capsule(problem: Problem, body: Body, volume: np.ndarray) -> Capsule:

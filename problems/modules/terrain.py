@@ -13,9 +13,14 @@ import numpy as np
 
 from palanquin.problem import Expression, Problem
 from palanquin.problems import checks, terrains
+from palanquin.problems.modules.families import Family, register
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.leg import Foot
-from palanquin.problems.modules.limits import AREA_POLICY, FORCE_POLICY, FORCE_UNIT
+from palanquin.problems.modules.limits import FORCE_POLICY, FORCE_UNIT, REACH_POLICY
+
+NORMAL = register(Family("normal", FORCE_POLICY, FORCE_UNIT))
+FRICTION = register(Family("friction", FORCE_POLICY, FORCE_UNIT))
+AREA = register(Family("area", REACH_POLICY))
 
 
 class Terrain:
@@ -71,14 +76,16 @@ class Terrain:
         xy = foot.position[:2]
         if ground.limits.numel():
             limits = ca.substitute(ground.limits, ground.xy, xy)
-            problem.inequality("area", limits, AREA_POLICY, active=foot.contact, **owner)
+            problem.inequality("area", limits, AREA.policy, active=foot.contact, **owner)
 
         normal, tangent_xz, tangent_yz = ground.frame(xy)
         pressure = ca.dot(foot.force, normal) / FORCE_UNIT
         options = {"active": foot.contact, "scale": FORCE_UNIT, **owner}
-        problem.inequality("normal", -pressure, FORCE_POLICY, **options)  # (9)
+        problem.inequality("normal", -pressure, NORMAL.policy, **options)  # (9)
         # (10) as two smooth rows per absolute value: |t| has no slope at t = 0, where a plan that
         # starts without tangential forces would stay.
         sideways = ca.vertcat(ca.dot(foot.force, tangent_xz), ca.dot(foot.force, tangent_yz))
         sides = ca.vertcat(sideways, -sideways) / FORCE_UNIT
-        problem.inequality("friction", sides - ground.friction * pressure, FORCE_POLICY, **options)
+        problem.inequality(
+            "friction", sides - ground.friction * pressure, FRICTION.policy, **options
+        )

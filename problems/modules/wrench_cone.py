@@ -13,28 +13,26 @@ from dataclasses import dataclass
 import casadi as ca
 
 from palanquin import quaternion
-from palanquin.problem import Expression
+from palanquin.problem import Expression, Problem
 from palanquin.problems import checks
-from palanquin.problems.modules.limits import FORCE_UNIT
+from palanquin.problems.modules.families import Family, limit, register, values_of
+from palanquin.problems.modules.grasp import Hand
+from palanquin.problems.modules.limits import FORCE_POLICY, FORCE_UNIT
 
 
 @dataclass(frozen=True)
 class WrenchCone:
     """Limits of a gripper whose pads press on the payload along the hand's x axis.
 
-    Attributes:
-        grip: force with which the pads clamp, N; it adds to the normal force.
-        friction: coefficient between pads and payload.
-        torsion: largest moment about the normal per normal force, m.
-        half_size: half of the pads' side: where the centre of pressure may be, m.
-
-    Raises ProblemError unless all are positive.
+    The clamping force `grip` (N) adds to the normal force, `friction` is between pads and payload,
+    `torsion` the largest moment about the normal per normal force (m), and the centre of pressure
+    may be `half_size` (m) from the middle. Raises ProblemError unless all are positive.
     """
 
-    grip: float = 300.0
-    friction: float = 0.6
-    torsion: float = 0.03
-    half_size: float = 0.04
+    grip: float = limit(300.0, "clamping force, N")
+    friction: float = limit(0.6, "coefficient of the pads")
+    torsion: float = limit(0.03, "moment about the normal per N, m")
+    half_size: float = limit(0.04, "half of the pads' side, m")
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -42,7 +40,31 @@ class WrenchCone:
 
     def values(self) -> list[float]:
         """(grip, friction, torsion, half_size), the run-time parameter."""
-        return list(vars(self).values())
+        return values_of(self)
+
+
+def add_hand_cones(problem: Problem, cone: WrenchCone) -> None:
+    """Rows of family `hand` for every grasp, with `<robot>.hand.cone` [4] as parameter."""
+    for hand in problem.handles(Hand):
+        name = hand.robot.name
+        limits = problem.parameter(f"{name}.hand.cone", 4, cone.values())
+        orientation = hand.payload.orientation
+        rows = cone_rows(-hand.force, -hand.torque, orientation, hand.yaw, limits)
+        options = {"scale": FORCE_UNIT, "robot": name, "limb": "hand"}
+        problem.inequality("hand", rows, HAND.policy, **options)
+
+
+HAND = register(
+    Family(
+        "hand",
+        FORCE_POLICY,
+        FORCE_UNIT,
+        option="hand_cone",
+        limits=WrenchCone,
+        add=add_hand_cones,
+        meaning="limits of the wrench at each hand",
+    )
+)
 
 
 def cone_rows(

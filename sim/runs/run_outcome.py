@@ -9,8 +9,7 @@ import numpy as np
 from palanquin.events import count_events
 from palanquin.plan import SQP_PHASES
 from palanquin.problems import quaternions
-from palanquin.problems.clm.build import FORCE_FAMILIES
-from palanquin.problems.modules.limits import FORCE_UNIT
+from palanquin.problems.modules.families import unit_of
 from palanquin.sim.runs.bar_outcome import bar_figures
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.teams import BarCarriers
@@ -60,7 +59,7 @@ def payload_figures(record: Record) -> dict[str, Any]:
         "distance_m": distance(record),
         "payload_position_error_m": payload_error(record),
         "violation": {
-            family: float(values.max() / (FORCE_UNIT if family in FORCE_FAMILIES else 1.0))
+            family: float(values.max() / unit_of(family))
             for family, values in record.violation.items()
         },
         "equality_violation": float(record.equality_violation.max()),

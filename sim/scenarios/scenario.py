@@ -175,8 +175,8 @@ class Scenario(Strict):
             len(self._lines),
             settings.weights.weights(),
             self._obstacles(),
-            settings.hand_cone.cone() if settings.hand_cone else None,
             holds_inputs=settings.input_blocks > 1,
+            limits=settings.limits(),
         )
         planner = Planner(
             problem, self.ground, self._lines, team=team, **{**settings.options(), **options}

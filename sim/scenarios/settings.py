@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from dataclasses import fields
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, create_model
 
 from palanquin._core import qp_solver_names
 from palanquin.policies import Penalty
-from palanquin.problems.clm.build import FAMILIES
 from palanquin.problems.clm.planner import FootholdRule
 from palanquin.problems.clm.references import RobotReferences
+from palanquin.problems.modules.families import FAMILIES, Family, options
 from palanquin.problems.modules.weights import TABLE_I, Weights
-from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.schema import NonNegative, Positive, Strict
 from palanquin.sim.scenarios.vectors import Vector
 
@@ -85,20 +85,7 @@ def _require_families(penalties: dict[str, PenaltySettings]) -> dict[str, Penalt
     return penalties
 
 
-class HandCone(Strict):
-    """A gripper's limits; see `palanquin.problems.modules.WrenchCone`."""
-
-    grip: Positive = Field(WrenchCone.grip, description="clamping force, N")
-    friction: Positive = Field(WrenchCone.friction, description="coefficient of the pads")
-    torsion: Positive = Field(WrenchCone.torsion, description="moment about the normal per N, m")
-    half_size: Positive = Field(WrenchCone.half_size, description="half of the pads' side, m")
-
-    def cone(self) -> WrenchCone:
-        """As the problem takes it."""
-        return WrenchCone(**dict(self))
-
-
-class PlannerSettings(Strict):
+class _Settings(Strict):
     """How the motion is planned."""
 
     horizon: Annotated[int, Field(ge=1, le=200)] = Field(15, description="number N of intervals")
@@ -125,9 +112,6 @@ class PlannerSettings(Strict):
     input_blocks: Annotated[int, Field(ge=1, le=200)] = Field(
         1, description="for how many knots forces keep their value"
     )
-    hand_cone: HandCone | None = Field(
-        None, description="limits of the wrench at each hand; none unless told"
-    )
     clearance: NonNegative = Field(
         0.03, description="that bodies keep from obstacles and from each other, m"
     )
@@ -136,6 +120,15 @@ class PlannerSettings(Strict):
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(
         {}, description=f"by family of inequalities: {', '.join(FAMILIES)}"
     )
+
+    def limits(self) -> dict[str, Any]:
+        """Limits of families of inequalities that are options, those that are given."""
+        given = {name: getattr(self, name) for name in options() if name in type(self).model_fields}
+        return {
+            name: options()[name].limits(**dict(values))  # type: ignore[misc]
+            for name, values in given.items()
+            if values is not None
+        }
 
     @property
     def period(self) -> float:
@@ -154,3 +147,30 @@ class PlannerSettings(Strict):
             "max_iterations": self.iterations,
             "subproblem": {"max_inner_iterations": self.inner_iterations},
         }
+
+
+def limits_model(family: Family) -> type[Strict]:
+    """The part of a file that holds an option's limits, made from its dataclass."""
+    limits: Any = family.limits
+    parts: dict[str, Any] = {
+        part.name: (Positive, Field(part.default, **part.metadata)) for part in fields(limits)
+    }
+    return create_model(limits.__name__, __base__=Strict, __doc__=limits.__doc__, **parts)
+
+
+def planner_settings() -> type[_Settings]:
+    """How the motion is planned, with a field for each family that is an option."""
+    parts: dict[str, Any] = {
+        option: (
+            limits_model(family) | None,
+            Field(None, description=f"{family.meaning}; none unless told"),
+        )
+        for option, family in options().items()
+    }
+    return create_model("PlannerSettings", __base__=_Settings, __doc__=_Settings.__doc__, **parts)
+
+
+if TYPE_CHECKING:
+    PlannerSettings = _Settings
+else:
+    PlannerSettings = planner_settings()

@@ -16,7 +16,7 @@ from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_planners import KINDS, build_planner
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bars import BarScenario, Sensors
-from palanquin.sim.scenarios.settings import HandCone, PlannerSettings, WeightSettings
+from palanquin.sim.scenarios.settings import PlannerSettings, WeightSettings
 
 TROT = open_scenario("trot")
 
@@ -65,7 +65,7 @@ ELSEWHERE = {"rate", "weights", "hand_cone", "penalties", "clearance"}
 def test_the_tables_have_every_setting():
     assert PLANNER.keys() | ELSEWHERE == set(PlannerSettings.model_fields)
     assert WEIGHTS.keys() == WeightSettings.model_fields.keys()
-    assert CONE.keys() == HandCone.model_fields.keys()
+    assert CONE.keys() == vars(WrenchCone()).keys()
 
 
 @pytest.mark.parametrize("field", PLANNER)
