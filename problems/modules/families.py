@@ -1,8 +1,9 @@
 """Families of inequalities of team problems, each registered once beside its rows.
 
 What a family registers is all that builder, scenario files, their documents and a run's figures
-know of it: its unit, how it enters a problem, and, if it is an option, its limits. A new one takes a
-file with its rows and its registration, and the line in this package's `__init__` that imports it.
+know of it: its unit, how it enters a problem, and, if it is an option, its limits. A new one takes
+a file with its rows and its registration, and the line of this package's `__init__` that imports
+it.
 """
 
 from __future__ import annotations
