@@ -54,12 +54,12 @@ class OwnSolver:
     """Our SQP, or Ipopt on the same lowered problem for `qp` "ipopt"."""
 
     qp: str
-    hessian: str = "gauss_newton"
+    hessian: str = "automatic"
 
     @property
     def name(self) -> str:
         """What tables call it."""
-        return self.qp if self.hessian == "gauss_newton" else f"{self.qp}, exact"
+        return self.qp if self.hessian == "automatic" else f"{self.qp}, exact"
 
     def prepare(self, ocp: Ocp, lowered: Lowered) -> Solve:
         """Ready to solve `ocp` from any start."""

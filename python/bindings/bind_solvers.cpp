@@ -108,6 +108,7 @@ void bind_settings(nb::module_& m) {
       .def_rw("qp", &SqpSettings::qp)
       .def_rw("form", &SqpSettings::form)
       .def_rw("hessian", &SqpSettings::hessian)
+      .def_rw("exact_after", &SqpSettings::exact_after)
       .def_rw("threads", &SqpSettings::threads)
       .def_rw("max_iterations", &SqpSettings::max_iterations)
       .def_rw("max_seconds", &SqpSettings::max_seconds)
@@ -152,13 +153,14 @@ void make_snapshot(Snapshot* self, std::shared_ptr<LoweredProblem> problem, Form
 }
 
 using RecordState =
-    std::tuple<std::array<double, 8>, int, bool, bool, bool, int, int, std::array<double, 5>>;
+    std::tuple<std::array<double, 8>, int, bool, bool, bool, bool, int, int, std::array<double, 5>>;
 
 RecordState state_of(const IterationRecord& r) {
   const PhaseTimes& t = r.times;
   return {{r.cost, r.penalty, r.equality_max, r.inequality_max, r.predicted, r.step_length,
            r.damping, r.stationarity},
           static_cast<int>(r.step),
+          r.is_exact,
           r.convexified,
           r.refused_cycle,
           r.fell_back,
@@ -168,8 +170,8 @@ RecordState state_of(const IterationRecord& r) {
 }
 
 void restore_record(IterationRecord& self, const RecordState& state) {
-  const auto& [numbers, step, convexified, refused_cycle, fell_back, inner_iterations, qp_status,
-               times] = state;
+  const auto& [numbers, step, is_exact, convexified, refused_cycle, fell_back, inner_iterations,
+               qp_status, times] = state;
   IterationRecord& r = *new (&self) IterationRecord;
   r.cost = numbers[0];
   r.penalty = numbers[1];
@@ -180,12 +182,43 @@ void restore_record(IterationRecord& self, const RecordState& state) {
   r.damping = numbers[6];
   r.stationarity = numbers[7];
   r.step = static_cast<StepKind>(step);
+  r.is_exact = is_exact;
   r.convexified = convexified;
   r.refused_cycle = refused_cycle;
   r.fell_back = fell_back;
   r.inner_iterations = inner_iterations;
   r.qp_status = static_cast<QpStatus>(qp_status);
   r.times = {times[0], times[1], times[2], times[3], times[4]};
+}
+
+/// Asks Python for the path of the "exact" library, from within a solve. An exception, such as that
+/// of a user who interrupts a compiler, is left for `solved` to raise: the solve goes on without.
+ExactSource exact_source(nb::object path) {
+  if (path.is_none()) return nullptr;
+  if (nb::isinstance<nb::str>(path))
+    return
+        [name = nb::cast<std::string>(path)] { return std::make_shared<const ExactHessian>(name); };
+  return [path = std::move(path)]() -> std::shared_ptr<const ExactHessian> {
+    const nb::gil_scoped_acquire acquire;
+    try {
+      const auto found = nb::cast<std::string>(path());
+      return found.empty() ? nullptr : std::make_shared<const ExactHessian>(found);
+    } catch (nb::python_error& error) {
+      error.restore();
+      return nullptr;
+    }
+  };
+}
+
+/// A solve of Sqp without Python's lock.
+template <auto solve>
+auto solved(Sqp& sqp, MatrixView parameters, VectorView measured, MatrixView guess) {
+  auto result = [&] {
+    const nb::gil_scoped_release release;
+    return (sqp.*solve)(parameters, measured, guess);
+  }();
+  if (PyErr_Occurred()) throw nb::python_error();
+  return result;
 }
 
 /// What a getter of Sqp refers to, copied before another thread may change it.
@@ -199,7 +232,8 @@ void bind_results(nb::module_& m) {
   nb::enum_<Form>(m, "Form").value("REDUCED", Form::Reduced).value("PAPER", Form::Paper);
   nb::enum_<HessianKind>(m, "HessianKind", "Which second derivatives the QP has; see sqp.hpp.")
       .value("GAUSS_NEWTON", HessianKind::GaussNewton)
-      .value("EXACT", HessianKind::Exact);
+      .value("EXACT", HessianKind::Exact)
+      .value("AUTOMATIC", HessianKind::Automatic);
   nb::enum_<Status>(m, "Status", "Why a solve stopped.")
       .value("NOT_SOLVED", Status::NotSolved)
       .value("CONVERGED", Status::Converged)
@@ -230,6 +264,7 @@ void bind_results(nb::module_& m) {
       .def_ro("step_length", &IterationRecord::step_length)
       .def_prop_ro("step", [](const IterationRecord& r) { return to_string(r.step); })
       .def_ro("damping", &IterationRecord::damping)
+      .def_ro("is_exact", &IterationRecord::is_exact)
       .def_ro("convexified", &IterationRecord::convexified)
       .def_ro("stationarity", &IterationRecord::stationarity)
       .def_ro("refused_cycle", &IterationRecord::refused_cycle)
@@ -300,18 +335,14 @@ void bind_solvers(nb::module_& m) {
       .def(
           "__init__",
           [](Sqp* self, std::shared_ptr<LoweredProblem> problem, int horizon,
-             const SqpSettings& settings, const std::string& exact_library) {
-            auto exact = exact_library.empty()
-                             ? nullptr
-                             : std::make_shared<const ExactHessian>(exact_library);
-            new (self) Sqp(std::move(problem), horizon, settings, std::move(exact));
+             const SqpSettings& settings, nb::object exact_library) {
+            new (self)
+                Sqp(std::move(problem), horizon, settings, exact_source(std::move(exact_library)));
           },
-          "problem"_a, "horizon"_a, "settings"_a, "exact_library"_a = "")
+          "problem"_a, "horizon"_a, "settings"_a, "exact_library"_a = nb::none())
       .def("set_policy", &Sqp::set_policy, "family"_a, "policy"_a)
-      .def("solve", &Sqp::solve, "parameters"_a, "measured"_a, "guess"_a,
-           nb::call_guard<nb::gil_scoped_release>())
-      .def("solve_plan", &Sqp::solve_plan, "parameters"_a, "measured"_a, "guess"_a,
-           nb::call_guard<nb::gil_scoped_release>())
+      .def("solve", &solved<&Sqp::solve>, "parameters"_a, "measured"_a, "guess"_a)
+      .def("solve_plan", &solved<&Sqp::solve_plan>, "parameters"_a, "measured"_a, "guess"_a)
       .def("prepare", &Sqp::prepare, "parameters"_a, "predicted"_a, "guess"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("feedback_plan", &Sqp::feedback_plan, "measured"_a,

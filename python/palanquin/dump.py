@@ -167,17 +167,19 @@ def write_dump(path: str | os.PathLike[str], instance: Instance, plan: Plan | No
                     archive.writestr(name, np.ascontiguousarray(array, "<f8").tobytes())
             for part in sorted(folder.iterdir()):
                 archive.write(part, f"problem/{part.name}")
-            for kind in _further_libraries(instance):
+            for kind in _further_libraries(instance, plan):
                 archive.write(instance.lowered.library(kind), f"problem/{kind}.so")
         os.replace(file, target)
     return target
 
 
-def _further_libraries(instance: Instance) -> list[Literal["exact", "nlp"]]:
+def _further_libraries(instance: Instance, plan: Plan | None) -> list[Literal["exact", "nlp"]]:
     """Kinds of those that the solve used besides the SQP's."""
     if isinstance(instance.settings, _core.IpoptSettings):
         return ["nlp"]
-    return ["exact"] if instance.settings.hessian == _core.HessianKind.EXACT else []
+    is_must = instance.settings.hessian == _core.HessianKind.EXACT
+    has_used = plan is not None and any(record.is_exact for record in plan.iterations)
+    return ["exact"] if is_must or has_used else []
 
 
 def _policy_record(policy: Policy) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import itertools
 import logging
 import os
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core
-from palanquin.errors import PalanquinError, ProblemError
+from palanquin.errors import LoweringError, PalanquinError, ProblemError
 from palanquin.evaluation import Evaluation, core_policy
 from palanquin.instance import Instance, Method
 from palanquin.lowered import Lowered
@@ -310,6 +311,20 @@ class _Dumps:
             logger.info("a failed solve was dumped: %s", self._folder / name)
 
 
+def _exact_library(lowered: Lowered, is_must: bool) -> str:
+    """Path of the functions of exact Hessians; "" where they are no must and cannot be made."""
+    try:
+        return lowered.library("exact")
+    except LoweringError as error:
+        if is_must:
+            raise
+        logging.getLogger("palanquin.lowering").warning(
+            "'%s' has no exact Hessians, its solver stays with Gauss-Newton's: %s",
+            lowered.name, error,
+        )  # fmt: skip
+        return ""
+
+
 class Sqp(_Solver[_core.SqpSettings]):
     """The SQP solver of a lowered problem.
 
@@ -334,8 +349,9 @@ class Sqp(_Solver[_core.SqpSettings]):
     _prepared: tuple[NDArray[np.float64], ...] = ()
 
     def _make_core(self) -> _core.Sqp:
-        is_exact = self.settings.hessian == _core.HessianKind.EXACT
-        library = self.lowered.library("exact") if is_exact else ""
+        is_must = self.settings.hessian == _core.HessianKind.EXACT
+        # Not a method of this object: the core may not keep what keeps the core.
+        library = functools.partial(_exact_library, self.lowered, is_must)
         return _core.Sqp(self.lowered.core, self.horizon, self.settings, library)
 
     def solve(

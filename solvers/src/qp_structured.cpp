@@ -160,6 +160,12 @@ StructuredQpSolver::StructuredQpSolver(StructuredQpSolver&&) noexcept = default;
 StructuredQpSolver& StructuredQpSolver::operator=(StructuredQpSolver&&) noexcept = default;
 
 QpStatus StructuredQpSolver::factorize(const StageQp& qp, const PenaltyModel& model) {
+  constexpr double kFlat = 1e-3;  // of the largest curvature, where a knot has next to none
+  return factorize(qp, model, kFlat);
+}
+
+/// With equality rows held as if they met at least `share` of the largest curvature.
+QpStatus StructuredQpSolver::factorize(const StageQp& qp, const PenaltyModel& model, double share) {
   Stopwatch stopwatch;
   Workspace& work = *workspace_;
   work.factorized = nullptr;
@@ -167,6 +173,7 @@ QpStatus StructuredQpSolver::factorize(const StageQp& qp, const PenaltyModel& mo
   if (!work.is_analyzed(qp)) work.analyze(qp);
   check_model(qp, model);
   keep_model(model, work.model);
+  work.least_curvature = work.has_equality_rows ? share * largest_curvature(qp) : 0.0;
   const QpStatus status = factorize_knots(work, qp, model, qp.horizon());
   update_ms_ = stopwatch.lap_ms();
   solve_ms_ = 0.0;
@@ -202,7 +209,6 @@ void StructuredQpSolver::find_dynamics_multipliers(StageQpSolution& solution) {
 
 QpStatus StructuredQpSolver::solve(const StageQp& qp, const PenaltyModel& model,
                                    StageQpSolution& solution) {
-  workspace_->least_curvature = 0.0;
   QpStatus status = factorize(qp, model);
   if (is_usable(status)) status = feedback(qp.initial_state, solution);
   return status == QpStatus::NotSolved ? solve_stiffly(qp, model, solution) : status;
@@ -214,8 +220,7 @@ QpStatus StructuredQpSolver::solve_stiffly(const StageQp& qp, const PenaltyModel
                                            StageQpSolution& solution) {
   QpStatus status = QpStatus::NotSolved;
   for (const double share : {1.0, 1e2, 1e4}) {
-    workspace_->least_curvature = share * largest_curvature(qp);
-    status = factorize(qp, model);
+    status = factorize(qp, model, share);
     if (is_usable(status)) status = feedback(qp.initial_state, solution);
     if (status != QpStatus::NotSolved) break;
   }

@@ -40,11 +40,6 @@ Merit merit_of(const Evaluation& evaluation) {
   return {evaluation.infeasibility, evaluation.total()};
 }
 
-bool has_hard_rows(const StageQp& qp) {
-  return std::any_of(qp.stages.begin(), qp.stages.end(),
-                     [](const QpStage& stage) { return stage.inequality_value.size() > 0; });
-}
-
 /// As the back end takes them.
 LinkRows link_rows(const SqpSettings& settings) {
   const bool as_such = make_qp_solver(settings.qp, settings.qp_settings)->capabilities().link_rows;
@@ -57,22 +52,21 @@ double largest_entry(const RowMatrix& trajectory) {
 }  // namespace
 
 Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
-         std::shared_ptr<const ExactHessian> exact)
+         ExactSource exact)
     : settings_(checked(settings)),
-      transcription_(
-          std::make_shared<const TranscriptionModel>(
-              std::move(problem), horizon, settings.form,
-              settings.hessian == HessianKind::Exact ? exact : nullptr, link_rows(settings)),
-          settings.threads),
-      policies_(transcription_.inputs().shared_policies()),
+      exact_source_(settings.hessian == HessianKind::GaussNewton ? nullptr : std::move(exact)),
+      gauss_newton_(std::make_shared<const TranscriptionModel>(
+                        std::move(problem), horizon, settings.form, nullptr, link_rows(settings)),
+                    settings.threads),
+      policies_(gauss_newton_.inputs().shared_policies()),
       qp_solver_(make_qp_solver(settings.qp, settings.qp_settings)),
       subproblem_(settings.subproblem, settings.qp_settings.structured.kernels),
       damping_(settings.damping),
       restoration_(settings.restoration, settings.qp_settings) {
-  if (settings.hessian == HessianKind::Exact && exact == nullptr)
+  if (settings.hessian == HessianKind::Exact && !prepare_exact())
     throw std::invalid_argument(
         "sqp.hessian is exact, which needs the problem's \"exact\" library");
-  trial_ = iterate_ = neutral_trajectory(transcription_.problem(), horizon);
+  trial_ = iterate_ = neutral_trajectory(transcription_->problem(), horizon);
   const auto most = static_cast<std::size_t>(std::min(settings.max_iterations, 1000));
   history_.reserve(most);
   filter_.reserve(most);
@@ -81,7 +75,7 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
 
 void Sqp::set_policy(const std::string& family, const Policy& policy) {
   const auto use = user_.change("set_policy");
-  const LoweredProblem& problem = transcription_.problem();
+  const LoweredProblem& problem = transcription_->problem();
   if (policies_->get(problem, family) == policy) return;
   auto changed = std::make_shared<RowPolicies>(*policies_);
   changed->set(problem, family, policy);
@@ -118,7 +112,7 @@ bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess)
   prepared_ = {};
   if (!linearize(prepared_)) return false;
   Stopwatch watch;
-  prepared_.qp_status = subproblem_.prepare(transcription_.qp(), *qp_solver_, solution_);
+  prepared_.qp_status = subproblem_.prepare(transcription_->qp(), *qp_solver_, solution_);
   prepared_.times.update = watch.lap_ms();
   is_prepared_ = true;
   return true;
@@ -139,8 +133,8 @@ Status Sqp::finish_feedback(VectorView measured) {
   if (!is_prepared_) throw std::logic_error("feedback: nothing was prepared");
   is_prepared_ = false;
   Stopwatch watch;
-  transcription_.set_measured(measured);
-  transcription_.update_initial_state(iterate_);
+  transcription_->set_measured(measured);
+  transcription_->update_initial_state(iterate_);
   is_real_time_ = true;
   IterationRecord record = prepared_;
   take_step(record, is_usable(prepared_.qp_status));
@@ -157,22 +151,27 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   history_.clear();
   status_ = Status::NotSolved;
   message_.clear();
-  has_multipliers_ = false;
+  has_multipliers_ = uses_exact_ = false;
+  is_flat_ = settings_.hessian == HessianKind::Exact;
+  exact_from_ = exact_pause_ = 0;
+  idle_damping_ = 0.0;
+  transcription_ = settings_.hessian == HessianKind::Exact ? exact_.get() : &gauss_newton_;
   certificate_ = {};
   non_finite_ = {};
   evaluation_ = Evaluation{};
   start_cost_ = feedback_ms_ = Evaluation::kNaN;
-  transcription_.set_policies(policies_);
-  transcription_.set_parameters(parameters);
-  transcription_.set_measured(measured);
-  if (has_hard_rows(transcription_.qp())) shift_multipliers(find_shift(iterate_, guess), solution_);
+  transcription_->set_policies(policies_);
+  transcription_->set_parameters(parameters);
+  transcription_->set_measured(measured);
+  if (has_hard_rows(transcription_->qp()))
+    shift_multipliers(find_shift(iterate_, guess), solution_);
   iterate_ = guess;
-  transcription_.project(iterate_);
-  if (NonFinite bad = find_non_finite(transcription_.problem(), iterate_); bad.found) {
+  transcription_->project(iterate_);
+  if (NonFinite bad = find_non_finite(transcription_->problem(), iterate_); bad.found) {
     finish_non_finite(std::move(bad));
     return false;
   }
-  transcription_.place_initial_state(iterate_);
+  transcription_->place_initial_state(iterate_);
   filter_.reset();
   restored_below_ = std::numeric_limits<double>::infinity();
   damping_.reset();
@@ -180,45 +179,6 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   unboundedness_.reset(largest_entry(iterate_));
   transcribe_ms_ = watch.lap_ms();
   return true;
-}
-
-/// Step 1. False when a function is not finite.
-bool Sqp::linearize(IterationRecord& record) {
-  if (history_.empty()) record.times.transcribe = transcribe_ms_;
-  Stopwatch watch;
-  const NonFinite bad = transcription_.linearize(iterate_);
-  record.times.linearize = watch.lap_ms();
-  if (bad.found) {
-    finish_non_finite(bad);
-    return false;
-  }
-  added_damping_ = 0.0;
-  if (settings_.hessian == HessianKind::Exact) {
-    solution_.resize(transcription_.qp());
-    damping_.forget_inertia();
-    use_exact_hessians(record, !qp_solver_->capabilities().tells_inertia);
-    record.times.linearize += watch.lap_ms();
-  }
-  add_damping();
-  evaluation_ = transcription_.summarize();
-  start_cost_ = evaluation_.total();
-  start_infeasibility_ = evaluation_.infeasibility;
-  record.times.globalize = watch.lap_ms();
-  return true;
-}
-
-void Sqp::use_exact_hessians(IterationRecord& record, bool convexify) {
-  transcription_.use_exact_hessians(iterate_, solution_, convexify);
-  record.convexified = convexify;
-  added_damping_ = 0.0;
-}
-
-/// Brings the Hessians' damping to what is in force.
-void Sqp::add_damping() {
-  if (damping_.weight() == added_damping_) return;
-  if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
-  transcription_.regularize(damping_.weight() - added_damping_, damping_.scale());
-  added_damping_ = damping_.weight();
 }
 
 /// Steps 2 to 4.
@@ -229,13 +189,13 @@ void Sqp::take_step(IterationRecord& record, bool is_prepared) {
   if (!found) keep_iterate(record);
 }
 
-/// Steps 2 and 3, with more damping as long as they fail.
+/// Steps 2 and 3, with other Hessians as long as they fail.
 bool Sqp::find_step(IterationRecord& record, bool is_prepared) {
   restored_below_ = std::numeric_limits<double>::infinity();
   for (int attempt = 1; goes_on(attempt == 1); ++attempt, is_prepared = false) {
     record.damping = damping_.weight();
     if (solve_qp(record, is_prepared) && search_step(record)) return true;
-    if (attempt == settings_.damping.max_attempts || !damp_more(record)) return false;
+    if (attempt == settings_.damping.max_attempts || !change_hessians(record)) return false;
   }
   return false;
 }
@@ -243,7 +203,7 @@ bool Sqp::find_step(IterationRecord& record, bool is_prepared) {
 /// Step 2.
 bool Sqp::solve_qp(IterationRecord& record, bool is_prepared) {
   Stopwatch watch;
-  const StageQp& qp = transcription_.qp();
+  const StageQp& qp = transcription_->qp();
   solution_.resize(qp);
   for (Eigen::VectorXd& w : solution_.w) w.setZero();
   const PenaltySubproblemResult result = is_prepared
@@ -255,32 +215,15 @@ bool Sqp::solve_qp(IterationRecord& record, bool is_prepared) {
   record.times.update += result.update_ms;
   record.times.solve += watch.lap_ms() - result.update_ms;
   if (result.status == QpStatus::Unsupported)
-    throw std::invalid_argument(explain_unsupported(transcription_, *qp_solver_));
+    throw std::invalid_argument(explain_unsupported(*transcription_, *qp_solver_));
   if (!is_usable(result.status)) {
-    if (const NonFinite bad = find_non_finite_derivative(transcription_); bad.found)
+    if (const NonFinite bad = find_non_finite_derivative(*transcription_); bad.found)
       finish_non_finite(bad);
     return false;
   }
   has_multipliers_ = true;
   record.predicted = result.predicted_change;
-  if (!is_real_time_ || settings_.hessian == HessianKind::Exact)
-    qp_solver_->find_dynamics_multipliers(solution_);
-  return true;
-}
-
-/// More damping, or Hessians of another curvature, for a step that failed. False at the limit, or
-/// when the rows are to blame: never at a feasible point, where no step is a solution.
-bool Sqp::damp_more(IterationRecord& record) {
-  if (status_ != Status::NotSolved) return false;
-  const bool is_singular = record.qp_status == QpStatus::FactorizationFailed;
-  const bool is_solved = is_usable(record.qp_status);
-  if (!is_singular && !is_solved && !is_feasible(evaluation_)) return false;
-  const bool may_mirror = settings_.hessian == HessianKind::Exact && !record.convexified;
-  if (may_mirror && !is_solved && damping_.weight() > 0.0)
-    use_exact_hessians(record, true);
-  else if (!(is_singular ? damping_.grow_to_factorize() : damping_.grow()))
-    return false;
-  add_damping();
+  if (!is_real_time_ || is_exact()) qp_solver_->find_dynamics_multipliers(solution_);
   return true;
 }
 
@@ -308,9 +251,9 @@ bool Sqp::search_step(IterationRecord& record) {
 }
 
 void Sqp::try_length(double alpha) {
-  transcription_.step(iterate_, solution_, alpha, trial_);
-  if (is_real_time_) transcription_.place_initial_state(trial_);
-  trial_evaluation_ = transcription_.evaluate(trial_);
+  transcription_->step(iterate_, solution_, alpha, trial_);
+  if (is_real_time_) transcription_->place_initial_state(trial_);
+  trial_evaluation_ = transcription_->evaluate(trial_);
 }
 
 bool Sqp::is_acceptable(double alpha, IterationRecord& record) {
@@ -343,11 +286,11 @@ bool Sqp::restore(IterationRecord& record) {
       !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
   const bool may = !is_real_time_ || settings_.restoration.elastic;
   if (status_ != Status::NotSolved || !rows_failed || !may || is_late()) return false;
-  if (added_damping_ == 0.0) damping_.measure(transcription_.qp());
+  if (added_damping_ == 0.0) damping_.measure(transcription_->qp());
   constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
   filter_.add(merit_of(evaluation_));
   if (std::isinf(restored_below_)) restored_below_ = kEnough * evaluation_.infeasibility;
-  const StageQp& qp = transcription_.qp();
+  const StageQp& qp = transcription_->qp();
   bool found = false;
   do {
     if (!is_usable(restoration_.solve(qp, damping_.scale(), is_real_time_, solution_))) continue;
@@ -364,7 +307,7 @@ bool Sqp::restore(IterationRecord& record) {
 }
 
 bool Sqp::finish_infeasible() {
-  certificate_ = restoration_.certificate(transcription_.qp());
+  certificate_ = restoration_.certificate(transcription_->qp());
   finish(Status::Infeasible,
          "the rows cannot be met: no step brings them closer; " + describe_worst_rows(iterate_));
   return true;
@@ -406,8 +349,8 @@ void Sqp::keep_iterate(IterationRecord& record) {
   record.step = StepKind::Rejected;
   if (status_ != Status::NotSolved) return;
   if (is_real_time_) {
-    transcription_.place_initial_state(iterate_);
-    evaluation_ = transcription_.evaluate(iterate_);
+    transcription_->place_initial_state(iterate_);
+    evaluation_ = transcription_->evaluate(iterate_);
   }
   const bool is_solved = is_usable(record.qp_status);
   if (is_late_)
@@ -430,9 +373,10 @@ void Sqp::keep_iterate(IterationRecord& record) {
 std::string Sqp::describe_contradiction() {
   const StageQpSolution* nearest = qp_solver_->least_violation();
   if (nearest == nullptr) return "";
-  transcription_.step(iterate_, *nearest, 1.0, trial_);
-  transcription_.place_initial_state(trial_);
-  const bool is_nearer = transcription_.evaluate(trial_).infeasibility <= evaluation_.infeasibility;
+  transcription_->step(iterate_, *nearest, 1.0, trial_);
+  transcription_->place_initial_state(trial_);
+  const bool is_nearer =
+      transcription_->evaluate(trial_).infeasibility <= evaluation_.infeasibility;
   return "; " + describe_worst_rows(is_nearer ? trial_ : iterate_);
 }
 
@@ -459,34 +403,13 @@ void Sqp::close(IterationRecord& record) {
   if (status_ != Status::NotSolved) mention_measured_rows();
 }
 
-void Sqp::update_damping(const IterationRecord& record) {
-  if (!settings_.globalize || record.step == StepKind::Restored) return;
-  damping_.update(decrease_ratio(record), record.step_length == 1.0);
-}
-
-/// Actual to predicted decrease of cost + weight theta, with the least weight under which the step
-/// is one of descent; NaN where rounding would decide.
-double Sqp::decrease_ratio(const IterationRecord& record) const {
-  const double weight =
-      record.predicted > 0.0 && before_.infeasibility > 0.0
-          ? std::max(2.0 * record.predicted / before_.infeasibility, multiplier_norm(solution_))
-          : 0.0;
-  const double predicted = weight * before_.infeasibility - record.predicted;
-  const double actual = before_.total() - evaluation_.total() +
-                        weight * (before_.infeasibility - evaluation_.infeasibility);
-  const double resolution =
-      settings_.line_search.cost_resolution * std::max(1.0, std::abs(before_.total()));
-  return predicted > resolution ? actual / predicted : std::numeric_limits<double>::quiet_NaN();
-}
-
 bool Sqp::is_unbounded() {
   return unboundedness_.update(before_.total(), evaluation_.total(), largest_entry(iterate_),
                                settings_.unbounded_size);
 }
 
 void Sqp::finish_converged(const IterationRecord& record) {
-  const bool is_curved = record.convexified && qp_solver_->capabilities().tells_inertia;
-  if (is_curved && !has_hard_rows(transcription_.qp()))  // whose active set would have to be known
+  if (is_saddle(record))
     finish(Status::Saddle,
            "stationary, but no minimum: the Lagrangian's curvature is negative along the rows");
   else
@@ -566,7 +489,7 @@ bool Sqp::is_converged(IterationRecord& record) {
       !is_feasible(evaluation_))
     return false;
   qp_solver_->find_dynamics_multipliers(solution_);
-  const KktError error = kkt_.evaluate(transcription_.qp(), solution_);
+  const KktError error = kkt_.evaluate(transcription_->qp(), solution_);
   record.stationarity = std::max(error.stationarity, error.complementarity);
   // The multipliers are as good as the QP's solution is.
   constexpr double kMultiplierError = 5.0;

@@ -23,7 +23,7 @@ void Sqp::feedback_gain(Eigen::MatrixXd& gain, GainWork& work) const {
     gain.resize(0, 0);
     return;
   }
-  const ColumnMap& columns = transcription_.shape(0).columns;
+  const ColumnMap& columns = transcription_->shape(0).columns;
   const auto grown = [](std::vector<double>& memory, int size) {
     memory.resize(std::max(memory.size(), static_cast<std::size_t>(size)));
     return memory.data();
@@ -34,12 +34,12 @@ void Sqp::feedback_gain(Eigen::MatrixXd& gain, GainWork& work) const {
     gain.resize(0, 0);
     return;
   }
-  gain.resize(transcription_.problem().ndz(), columns.nx);
+  gain.resize(transcription_->problem().ndz(), columns.nx);
   Eigen::Map<Eigen::VectorXd> w(grown(work.step, columns.nw()), columns.nw());
   w.setZero();
   for (int j = 0; j < columns.nx; ++j) {
     w.segment(columns.nx, columns.nu) = own.col(j);
-    columns.expand(w.data(), transcription_.slopes(0), gain.col(j).data());
+    columns.expand(w.data(), transcription_->slopes(0), gain.col(j).data());
   }
 }
 
@@ -47,8 +47,8 @@ RowMatrix Sqp::dynamics_multipliers() const {
   const auto use = user_.read("dynamics_multipliers");
   if (is_prepared_)
     throw std::logic_error("dynamics_multipliers: the prepared QP waits for its feedback");
-  const int horizon = transcription_.horizon();
-  const Eigen::Index size = transcription_.problem().ndx();
+  const int horizon = transcription_->horizon();
+  const Eigen::Index size = transcription_->problem().ndx();
   RowMatrix rows = RowMatrix::Zero(horizon, size);
   if (solution_.dynamics_multiplier.empty()) return rows;
   StageQpSolution solution = solution_;
@@ -70,20 +70,20 @@ double Sqp::model_cost() const {
 }
 
 std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
-  return palanquin::describe_worst_rows(transcription_.model(), transcription_.inputs(),
+  return palanquin::describe_worst_rows(transcription_->model(), transcription_->inputs(),
                                         trajectory);
 }
 
 /// Hard rows over the measured state alone are no plan's fault; the message names the worst one.
 void Sqp::mention_measured_rows() {
-  const KnotShape& first = transcription_.shape(0);
-  const std::vector<double>& values = transcription_.values(0).inequality;
+  const KnotShape& first = transcription_->shape(0);
+  const std::vector<double>& values = transcription_->values(0).inequality;
   const auto value = [&](int row) { return values[static_cast<std::size_t>(row)]; };
   const auto worst = std::max_element(first.measured_rows.begin(), first.measured_rows.end(),
                                       [&](int a, int b) { return value(a) < value(b); });
   if (worst == first.measured_rows.end() || !(value(*worst) > settings_.equality_tolerance)) return;
   message_ += "; the measured state itself violates " +
-              transcription_.problem().row_name(first.stage, RowKind::Inequality, *worst, 0) +
+              transcription_->problem().row_name(first.stage, RowKind::Inequality, *worst, 0) +
               " by " + std::to_string(value(*worst));
 }
 
@@ -157,8 +157,8 @@ RowMultipliers Sqp::row_multipliers() const {
 }
 
 Plan Sqp::make_plan() const {
-  Plan plan(transcription_.shared_model());
-  plan.inputs = transcription_.inputs();
+  Plan plan(transcription_->shared_model());
+  plan.inputs = transcription_->inputs();
   plan.trajectory = iterate_;
   plan.status = status_;
   plan.message = message_;

@@ -7,6 +7,7 @@ namespace palanquin {
 std::string SqpSettings::explain_invalid() const {
   return SettingRules("sqp.")
       .at_least("threads", threads, 1)
+      .at_least("exact_after", exact_after, 1)
       .at_least("max_iterations", max_iterations, 1)
       .positive("max_seconds", max_seconds)
       .positive("cost_tolerance", cost_tolerance)

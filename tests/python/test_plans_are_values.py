@@ -285,7 +285,7 @@ def test_solvers_that_share_settings_do_not_meet(lowered):
     shared = _core.SqpSettings()
     first = pq.Sqp(problem, shared, qp="ldl", subproblem={"max_inner_iterations": 3})
     second = pq.Sqp(problem, shared, max_iterations=7)
-    assert (shared.qp, shared.max_iterations) == ("structured", 50)
+    assert (shared.qp, shared.max_iterations) == ("structured", 200)
     assert shared.subproblem.max_inner_iterations != 3
     assert (first.settings.qp, second.settings.qp) == ("ldl", "structured")
     assert second.settings.subproblem.max_inner_iterations != 3

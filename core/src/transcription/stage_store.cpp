@@ -1,12 +1,23 @@
 #include "transcription/stage_store.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <utility>
 
 #include "transcription/roles.hpp"
 #include "transcription/sizes.hpp"
 
 namespace palanquin {
+namespace {
+
+/// One number for every structure there ever was: QPs of two stores never pass for each other.
+std::uint64_t next_revision() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
 
 StageStore::StageStore(const TranscriptionModel& model)
     : table_(model.problem(), model.exact(), model.links()),
@@ -30,7 +41,7 @@ void StageStore::update(const std::vector<const KnotSignature*>& signatures,
     QpStage& stage = qp_.stages[k];
     if (stage.pattern == shapes_[k]->pattern.pattern) continue;
     take_on(stage, *shapes_[k], policies);
-    ++qp_.structure_revision;
+    qp_.structure_revision = next_revision();
   }
   qp_.initial_state.resize(qp_.stages.front().nx);
 }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palanquin/core/stage_qp.hpp"
@@ -15,10 +16,10 @@ struct DampingSettings {
   double first = 1e-3;     ///< weight at which a refused or poor step starts it
   double smallest = 1e-8;  ///< weight that is tried first when a Hessian does not factorise
   double largest = 1e6;    ///< a step that needs more is no step
-  double growth = 10.0;  ///< factor after a refused or poor step, and its inverse after a good one
-  double poor = 0.1;     ///< ratio of actual to predicted decrease below which it grows
-  double good = 0.5;     ///< ratio above which a full step lets it shrink
-  int max_attempts = 8;  ///< QPs of one iteration
+  double growth = 10.0;   ///< factor after a refused or poor step, and its inverse after a good one
+  double poor = 0.1;      ///< ratio of actual to predicted decrease below which it grows
+  double good = 0.5;      ///< ratio above which a full step lets it shrink
+  int max_attempts = 14;  ///< QPs of one iteration
 
   /// An empty string, or a sentence that names field, value and rule.
   std::string explain_invalid() const;
@@ -35,6 +36,11 @@ class Damping {
   void reset() { weight_ = needed_ = 0.0; }
   double weight() const { return weight_; }
 
+  /// Swaps the weight, for Hessians of another kind.
+  void exchange(double& weight) {
+    std::swap(weight, weight_);
+    forget_inertia();
+  }
   /// A Hessian without damping is new: forgets what the last one needed to factorise.
   void forget_inertia() { needed_ = 0.0; }
   /// More, since the Hessian did not factorise. False at the limit.

@@ -38,7 +38,8 @@ struct IterationRecord {
   double step_length = 0.0;                  ///< in (0, 1]; 0 when the iterate was kept
   StepKind step = StepKind::Rejected;
   double damping = 0.0;        ///< Levenberg-Marquardt weight of the QP, see Damping
-  bool convexified = false;    ///< the exact Hessians had the wrong curvature and were mirrored
+  bool is_exact = false;       ///< the QP had exact Hessians
+  bool convexified = false;    ///< whose negative eigenvalues were mirrored
   bool refused_cycle = false;  ///< the full step led back to where the iteration was before
   int inner_iterations = 0;    ///< QP solves of the penalty subproblem
   bool fell_back = false;      ///< the QP back end's fast method failed, another one answered

@@ -100,6 +100,7 @@ class StructuredQpSolver final : public QpSolver {
   KernelLevel kernel_level() const;
 
  private:
+  QpStatus factorize(const StageQp& qp, const PenaltyModel& model, double share);
   QpStatus solve_stiffly(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution);
 
   std::unique_ptr<structured::Workspace> workspace_;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@
 
 namespace palanquin {
 
+/// Where the functions of exact Hessians come from; may answer null.
+using ExactSource = std::function<std::shared_ptr<const ExactHessian>()>;
+
 /// Memory for Sqp::feedback_gain.
 struct GainWork {
   std::vector<double> gain, step, solver;
@@ -30,12 +34,14 @@ struct GainWork {
 ///
 /// One iteration, in order:
 ///   1. linearise all knots at the iterate: dynamics and rows to first order, cost to second
-///      (Gauss-Newton for residuals, or the Lagrangian's with the multipliers of the last QP);
+///      (Gauss-Newton for residuals; where that falls short or takes long, the Lagrangian's with
+///      the multipliers of the last QP);
 ///   2. solve the QP with its penalties kept exact by semismooth Newton (PenaltySubproblem); with
 ///      `subproblem.max_inner_iterations` = 1 each penalty is its expansion at the iterate, as in
 ///      the paper;
 ///   3. step in the tangent space, shortened until the filter accepts; if no length is accepted, or
-///      the Hessian did not factorise, 2 and 3 again with more Levenberg-Marquardt damping;
+///      the Hessian did not factorise, 2 and 3 again with other Hessians or more
+///      Levenberg-Marquardt damping;
 ///   4. if the QP has no solution, or no step is of use at a point that violates rows, step towards
 ///      the rows instead (Restoration); if no such step exists either, the problem is infeasible;
 ///   5. converged when the predicted decrease is small, the residuals hold and the Lagrangian's
@@ -52,10 +58,14 @@ struct GainWork {
 /// while the knots' dimensions stay what they were, unless it makes a Plan.
 class Sqp {
  public:
-  /// `exact` is needed for exact Hessians. Throws std::invalid_argument for invalid settings,
-  /// horizon < 1, an unknown back end, or exact Hessians without their functions.
+  /// `exact` gives the functions of exact Hessians or null, and is called at most once: at once
+  /// for HessianKind::Exact, which needs them; for Automatic by the first solve that would use
+  /// them. Throws std::invalid_argument for invalid settings, horizon < 1, an unknown back end, or
+  /// exact Hessians without their functions.
   Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSettings& settings,
-      std::shared_ptr<const ExactHessian> exact = nullptr);
+      ExactSource exact = nullptr);
+  Sqp(const Sqp&) = delete;
+  Sqp& operator=(const Sqp&) = delete;
 
   /// Changes how an inequality family enters, from the next `solve` or `prepare` on. Throws
   /// std::invalid_argument for an unknown family or invalid coefficients.
@@ -116,7 +126,7 @@ class Sqp {
   /// The outcome of the last solve as a value.
   Plan plan() const;
 
-  const TranscriptionModel& model() const { return transcription_.model(); }
+  const TranscriptionModel& model() const { return gauss_newton_.model(); }
   const SqpSettings& settings() const { return settings_; }
   /// Keeps other threads from changing the solver while several getters are read.
   [[nodiscard]] SingleUser::Use read(const char* call) const { return user_.read(call); }
@@ -128,12 +138,18 @@ class Sqp {
   RowMultipliers row_multipliers() const;
   bool start(MatrixView parameters, VectorView measured, MatrixView guess);
   bool linearize(IterationRecord& record);
-  void use_exact_hessians(IterationRecord& record, bool convexify);
+  bool prepare_exact();
+  bool is_exact() const;
+  bool adopt_exact();
+  void use_exact_hessians(IterationRecord& record);
+  void use_gauss_newton_hessians(IterationRecord& record);
+  void change_kind(bool exact);
+  void pause_exact();
   void add_damping();
   void take_step(IterationRecord& record, bool is_prepared);
   bool find_step(IterationRecord& record, bool is_prepared);
   bool solve_qp(IterationRecord& record, bool is_prepared);
-  bool damp_more(IterationRecord& record);
+  bool change_hessians(IterationRecord& record);
   bool search_step(IterationRecord& record);
   void try_length(double alpha);
   bool is_acceptable(double alpha, IterationRecord& record);
@@ -150,6 +166,7 @@ class Sqp {
   bool is_converged(IterationRecord& record);
   bool is_unbounded();
   bool is_feasible(const Evaluation& evaluation) const;
+  bool is_saddle(const IterationRecord& record);
   void finish_converged(const IterationRecord& record);
   void finish_at_limit();
   void set_deadline();
@@ -166,8 +183,12 @@ class Sqp {
 
   SqpSettings settings_;
   SingleUser user_{"solver", " (plans may be read by any)"};
-  TranscriptionWorkspace transcription_;
-  std::shared_ptr<const RowPolicies> policies_;  ///< of the next solve
+  ExactSource exact_source_;
+  bool has_asked_for_exact_ = false;
+  TranscriptionWorkspace gauss_newton_;
+  std::unique_ptr<TranscriptionWorkspace> exact_;  ///< denser patterns; null while not needed
+  TranscriptionWorkspace* transcription_ = &gauss_newton_;  ///< the one of the two in use
+  std::shared_ptr<const RowPolicies> policies_;             ///< of the next solve
   std::unique_ptr<QpSolver> qp_solver_;
   PenaltySubproblem subproblem_;
   Filter filter_;
@@ -189,7 +210,11 @@ class Sqp {
   double start_infeasibility_ = 0.0;
   double restored_below_ =
       0.0;  ///< residuals at which the restoration ends; infinite: there is none
-  double added_damping_ = 0.0;  ///< to the Hessians of that linearisation
+  double added_damping_ = 0.0;            ///< to the Hessians of that linearisation
+  bool uses_exact_ = false;               ///< the Hessians at hand are exact
+  bool is_flat_ = false;                  ///< Gauss-Newton Hessians are singular
+  int exact_from_ = 0, exact_pause_ = 0;  ///< iterations
+  double idle_damping_ = 0.0;             ///< of the other kind of Hessians
   IterationRecord prepared_;
   bool is_prepared_ = false;
   bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's

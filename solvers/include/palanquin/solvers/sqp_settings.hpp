@@ -15,15 +15,19 @@ namespace palanquin {
 enum class HessianKind {
   GaussNewton,  ///< 2 J'WJ of the residuals; positive semidefinite without further ado
   Exact,        ///< of the stages' Lagrangians, see TranscriptionWorkspace::use_exact_hessians
+  /// Gauss-Newton's until a QP or a step with them fails, or for `exact_after` iterations; then
+  /// exact ones, if the problem has their functions. Real-time steps stay with Gauss-Newton's.
+  Automatic,
 };
 
 /// Settings of the SQP method.
 struct SqpSettings {
   std::string qp = "structured";  ///< QP back end, one of qp_solver_names()
   Form form = Form::Reduced;
-  HessianKind hessian = HessianKind::GaussNewton;
-  int threads = 1;          ///< for evaluating and linearising knots
-  int max_iterations = 50;  ///< 1: real-time iteration
+  HessianKind hessian = HessianKind::Automatic;
+  int exact_after = 10;      ///< iterations, see HessianKind::Automatic
+  int threads = 1;           ///< for evaluating and linearising knots
+  int max_iterations = 200;  ///< 1: real-time iteration
   /// Wall time of a solve. It is looked at between iterations, attempts at a step and step lengths,
   /// not within one linearisation or QP; the first QP and its full step are always tried. A
   /// feedback phase has no limit.
