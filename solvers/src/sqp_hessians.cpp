@@ -156,7 +156,11 @@ bool Sqp::change_hessians(IterationRecord& record) {
 
 void Sqp::update_damping(const IterationRecord& record) {
   if (!settings_.globalize || record.step == StepKind::Restored) return;
-  damping_.update(decrease_ratio(record), record.step_length == 1.0);
+  const double ratio = decrease_ratio(record);
+  damping_.update(ratio, record.step_length == 1.0);
+  // Exact Hessians tell when they need it; what lingers would slow the tail.
+  const bool is_known_flat = is_flat_ && settings_.hessian == HessianKind::Automatic;
+  if (record.is_exact && !is_known_flat && ratio > 0.9) damping_.update(ratio, true);
 }
 
 /// Actual to predicted decrease of cost + weight theta, with the least weight under which the step

@@ -56,7 +56,10 @@ def test_unknown_names_list_the_known_ones(body, inputs):
             "SqpSettings.max_iterations is 'many', a str; a int is needed",
         ),
         ({"form": "short"}, "form is 'short'; it must be one of reduced, paper"),
-        ({"hessian": "full"}, "hessian is 'full'; it must be one of gauss_newton, exact, automatic"),
+        (
+            {"hessian": "full"},
+            "hessian is 'full'; it must be one of gauss_newton, exact, automatic",
+        ),
     ],
 )
 def test_unknown_options(body, options, message):
