@@ -55,6 +55,11 @@ int new_pattern() {
   return next++;
 }
 
+bool StageQp::has_hard_rows() const {
+  return std::any_of(stages.begin(), stages.end(),
+                     [](const QpStage& stage) { return stage.inequality_jacobian.rows > 0; });
+}
+
 void StageQpSolution::resize(const StageQp& qp) {
   for (auto* list :
        {&w, &dynamics_multiplier, &equality_multiplier, &inequality_multiplier, &link_multiplier})

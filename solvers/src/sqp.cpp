@@ -18,6 +18,8 @@ namespace palanquin {
 namespace {
 using Clock = std::chrono::steady_clock;
 
+constexpr double kNoLimit = 1e8;  // s; later than the clock can say
+
 const SqpSettings& checked(const SqpSettings& settings) {
   if (const std::string reason = settings.explain_invalid(); !reason.empty())
     throw std::invalid_argument(reason);
@@ -66,6 +68,9 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
   if (settings.hessian == HessianKind::Exact && !prepare_exact())
     throw std::invalid_argument(
         "sqp.hessian is exact, which needs the problem's \"exact\" library");
+  // A solve with a time limit has no time to compile them.
+  if (settings.max_seconds < kNoLimit && settings.max_iterations > settings.exact_after)
+    prepare_exact();
   trial_ = iterate_ = neutral_trajectory(transcription_->problem(), horizon);
   const auto most = static_cast<std::size_t>(std::min(settings.max_iterations, 1000));
   history_.reserve(most);
@@ -163,7 +168,7 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   transcription_->set_policies(policies_);
   transcription_->set_parameters(parameters);
   transcription_->set_measured(measured);
-  if (has_hard_rows(transcription_->qp()))
+  if (transcription_->qp().has_hard_rows())
     shift_multipliers(find_shift(iterate_, guess), solution_);
   iterate_ = guess;
   transcription_->project(iterate_);
@@ -432,8 +437,7 @@ bool Sqp::is_feasible(const Evaluation& evaluation) const {
 }
 
 void Sqp::set_deadline() {
-  constexpr double kNone = 1e8;  // s; later than the clock can say
-  deadline_ = settings_.max_seconds < kNone
+  deadline_ = settings_.max_seconds < kNoLimit
                   ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                        std::chrono::duration<double>(settings_.max_seconds))
                   : Clock::time_point::max();

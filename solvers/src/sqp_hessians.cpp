@@ -18,11 +18,6 @@ void forget_multipliers(StageQpSolution& solution) {
     for (Eigen::VectorXd& part : *list) part.setZero();
 }
 
-bool has_hard_rows(const StageQp& qp) {
-  return std::any_of(qp.stages.begin(), qp.stages.end(),
-                     [](const QpStage& stage) { return stage.inequality_value.size() > 0; });
-}
-
 }  // namespace
 
 /// Makes room for exact Hessians. False where there are no functions for them.
@@ -43,11 +38,9 @@ bool Sqp::prepare_exact() {
 bool Sqp::is_exact() const { return transcription_ == exact_.get(); }
 
 /// Takes the rest of the solve over to exact Hessians, if it chooses them itself and has none yet.
-/// A solve with a deadline has no time to compile them.
 bool Sqp::adopt_exact() {
   if (settings_.hessian != HessianKind::Automatic || is_exact() || is_real_time_ ||
-      !qp_solver_->capabilities().tells_inertia || (has_deadline() && exact_ == nullptr) ||
-      !prepare_exact())
+      !qp_solver_->capabilities().tells_inertia || !prepare_exact())
     return false;
   const TranscriptionInputs& inputs = gauss_newton_.inputs();
   exact_->set_policies(inputs.shared_policies());
@@ -183,7 +176,7 @@ double Sqp::decrease_ratio(const IterationRecord& record) const {
 bool Sqp::is_saddle(const IterationRecord& record) {
   if (!is_exact() || !qp_solver_->capabilities().tells_inertia) return false;
   if (record.is_exact && record.damping <= settings_.damping.smallest) return false;
-  if (has_hard_rows(transcription_->qp())) return false;
+  if (transcription_->qp().has_hard_rows()) return false;
   IterationRecord unused;
   use_gauss_newton_hessians(unused);
   use_exact_hessians(unused);

@@ -246,8 +246,10 @@ def test_library_without_its_stamp_is_rebuilt(cache, compiler):
     assert compiler.compiles() == 2
 
 
+# A shell's background jobs ignore interrupts, and so would their children.
 PROGRAM = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, sys.argv[1])
 from test_cache import decay, is_usable
 lowered = decay().lower()
@@ -337,7 +339,8 @@ def test_long_compiles_are_told(cache, compiler, monkeypatch, caplog):
 
 
 def test_an_interrupt_ends_the_compiler(cache, compiler, tmp_path):
-    compiler(f"echo $$ > {tmp_path}/pid; exec sleep 60")
+    # It tells of itself only when its parent has long been waiting for it.
+    compiler(f"sleep 0.5; echo $$ > {tmp_path}/pid; exec sleep 60")
     process = start_process()
     wait_until(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text())
     process.send_signal(signal.SIGINT)

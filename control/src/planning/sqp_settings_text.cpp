@@ -13,6 +13,7 @@ void visit_fields(Settings& s, Visit visit) {
   visit("qp", s.qp);
   visit("form", s.form);
   visit("hessian", s.hessian);
+  visit("exact_after", s.exact_after);
   visit("threads", s.threads);
   visit("max_iterations", s.max_iterations);
   visit("max_seconds", s.max_seconds);

@@ -18,11 +18,6 @@ constexpr double kTiniest = 1e-9;
 constexpr double kUsable = 1e-4;  ///< violation at which an unfinished point may be used
 constexpr int kPolish = 6;        ///< recursions for that
 
-bool has_hard_rows(const StageQp& qp) {
-  return std::any_of(qp.stages.begin(), qp.stages.end(),
-                     [](const QpStage& stage) { return stage.inequality_jacobian.rows > 0; });
-}
-
 /// Next to rows that are 1e5 times stiffer than the cost rounding leaves less of a residual.
 StructuredQpSettings with_stiff_rows(StructuredQpSettings settings) {
   settings.equality_tolerance = std::max(settings.equality_tolerance, 1e-9);
@@ -43,20 +38,20 @@ class HardRowsQpSolver final : public QpSolver {
   }
 
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {
-    return has_hard_rows(qp) ? solve_hard_rows(qp, model, solution)
+    return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
                              : timed(solver_.solve(qp, model, solution));
   }
   QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
                    StageQpSolution& solution) override {
-    return has_hard_rows(qp) ? solve_hard_rows(qp, model, solution)
+    return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
                              : timed(solver_.resolve(qp, model, solution));
   }
   QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {
-    return has_hard_rows(qp) ? QpStatus::Solved : timed(solver_.prepare(qp, model));
+    return qp.has_hard_rows() ? QpStatus::Solved : timed(solver_.prepare(qp, model));
   }
   QpStatus finish(const StageQp& qp, const PenaltyModel& model,
                   StageQpSolution& solution) override {
-    return has_hard_rows(qp) ? solve_hard_rows(qp, model, solution)
+    return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
                              : timed(solver_.finish(qp, model, solution));
   }
 

@@ -72,6 +72,7 @@ struct StageQp {
   std::uint64_t structure_revision = 0;
 
   int horizon() const { return static_cast<int>(stages.size()) - 1; }
+  bool has_hard_rows() const;
 };
 
 /// A primal-dual point of a StageQp. Multipliers follow the Lagrangian
