@@ -15,7 +15,13 @@ from palanquin.cli.default_command import DEFAULT
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "stand.json"
 NUMBER = re.compile(r"\bint\b|\bfloat\b")
-NEEDED = {"check": ["cart_pole"], "solve": [str(CASE)], "demo": ["trot"], "teleop": ["trot"]}
+NEEDED = {
+    ("check",): ["cart_pole"],
+    ("solve",): [str(CASE)],
+    ("demo",): ["trot"],
+    ("teleop",): ["trot"],
+    ("bench", "qps"): [str(CASE.parent)],
+}
 
 
 def commands(group=app, words=()):
@@ -46,9 +52,7 @@ PLACES = [
 
 
 def run(words, *options):
-    return CliRunner().invoke(
-        app, [*words, *NEEDED.get(words[0] if len(words) == 1 else "", []), *options]
-    )
+    return CliRunner().invoke(app, [*words, *NEEDED.get(tuple(words), []), *options])
 
 
 def test_there_are_many():
