@@ -39,12 +39,12 @@ class HardRowsQpSolver final : public QpSolver {
 
   QpStatus solve(const StageQp& qp, const PenaltyModel& model, StageQpSolution& solution) override {
     return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
-                             : timed(solver_.solve(qp, model, solution));
+                              : timed(solver_.solve(qp, model, solution));
   }
   QpStatus resolve(const StageQp& qp, const PenaltyModel& model,
                    StageQpSolution& solution) override {
     return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
-                             : timed(solver_.resolve(qp, model, solution));
+                              : timed(solver_.resolve(qp, model, solution));
   }
   QpStatus prepare(const StageQp& qp, const PenaltyModel& model) override {
     return qp.has_hard_rows() ? QpStatus::Solved : timed(solver_.prepare(qp, model));
@@ -52,7 +52,7 @@ class HardRowsQpSolver final : public QpSolver {
   QpStatus finish(const StageQp& qp, const PenaltyModel& model,
                   StageQpSolution& solution) override {
     return qp.has_hard_rows() ? solve_hard_rows(qp, model, solution)
-                             : timed(solver_.finish(qp, model, solution));
+                              : timed(solver_.finish(qp, model, solution));
   }
 
   const StageQpSolution* least_violation() const override {
