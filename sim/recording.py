@@ -1,23 +1,30 @@
-"""A Rerun recording of a tracked rollout (needs the extra `viz`)."""
+"""A Rerun recording of a run (needs the extra `viz`)."""
 
 from pathlib import Path
 
+from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.errors import require_rerun
 from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.runs.record import Record
 
 
-def write_recording(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
-    """Write `path` (.rrd), which opens on a 3D view beside plots of the solver's figures.
+def write_recording(record: Record, shown: KinematicTrajectory | BarScene, path: Path) -> None:
+    """Write `path` (.rrd), which opens on a 3D view beside plots of the run.
 
-    Timeline `sim_time` (s). Entities: `world/<robot>/<link>`, `world/<robot>/<foot>/force`,
-    `world/<robot>/hand/force`, `world/payload`, `world/terrain`; `plan/payload`, `plan/<robot>`
-    and `plan/<robot>/footholds`; `solver/...` with `solver/phase/<name>` and
-    `solver/violation/<family>`; `control/...` with the tracking errors.
+    `shown`: the joints' motion of a team with its payload, or the scene that robots on bars were
+    simulated in. Timeline `sim_time` (s). Entities: `world/<robot>/<link>`,
+    `world/<robot>/<foot>/force`; `plan/<robot>`, `plan/<robot>/footholds`; `solver/...` with
+    `solver/phase/<name>` and `solver/violation/<family>`; `control/<body>/...` with the tracking
+    errors.
+
+    With a payload in hands also `world/<robot>/hand/force`, `world/payload`, `world/terrain`,
+    `plan/payload`, and `control/<robot>/kinematics/...`. On bars `world/bar<b>`, `world/ground`,
+    `plan/<robot>/<foot>/force` (those below `world` are measured), `solver/<robot>/lambda`, and
+    below `control/<robot>` velocities with their references and the virtual constraints.
 
     Raises MissingExtraError when rerun-sdk is not installed.
     """
     require_rerun()
     from palanquin.sim import rerun_log
 
-    rerun_log.write(rollout, trajectory, path)
+    rerun_log.write(record, shown, path)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from palanquin.sim.runs.record import Record
 
 
-def _team_view(start: NDArray[np.float64]) -> rrb.Spatial3DView:
-    """A 3D view that follows the payload from `start` [3] on (world, m)."""
+def _team_view(start: NDArray[np.float64], followed: str) -> rrb.Spatial3DView:
+    """A 3D view that follows an entity from `start` [3] on (world, m)."""
     return rrb.Spatial3DView(
         name="team",
         origin="/",
@@ -21,7 +21,7 @@ def _team_view(start: NDArray[np.float64]) -> rrb.Spatial3DView:
             position=np.add(start, (-2.0, -1.7, 0.9)),
             look_target=np.add(start, (-0.2, 0.0, -0.15)),
             eye_up=(0, 0, 1),
-            tracking_entity="world/payload",
+            tracking_entity=followed,
         ),
     )
 
@@ -33,33 +33,42 @@ def live_blueprint(start: NDArray[np.float64]) -> rrb.Blueprint:
         *(rrb.TimeSeriesView(name=name, origin="/", contents=[path]) for name, path in plots)
     )
     return rrb.Blueprint(
-        rrb.Horizontal(_team_view(start), column, column_shares=[5, 2]),
+        rrb.Horizontal(_team_view(start, "world/payload"), column, column_shares=[5, 2]),
         rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )
 
 
-def blueprint(rollout: Record) -> rrb.Blueprint:
-    """A 3D view that follows the payload, and plots of time, violations and tracking errors."""
-    bodies = ["payload", *(robot.name for robot in rollout.team.robots)]
-    plots = [
-        ("solve time (ms)", ["solver/solve_ms", "solver/phase/**"]),
-        ("violation", ["solver/violation/**", "solver/equality_violation"]),
-        ("position error (m)", [f"control/{name}/position_error" for name in bodies]),
-        ("cost", ["solver/cost"]),
-        ("iterations", ["solver/iterations"]),
-    ]
-    first, rest = plots[:3], plots[3:]
+def blueprint(record: Record) -> rrb.Blueprint:
+    """A 3D view that follows what is carried, and plots: of robots on bars velocities, virtual
+    constraints and multipliers, of a payload violations and tracking errors.
+    """
+    bodies, names = record.team.bodies, record.team.names
+    plots = {"solve time (ms)": ["solver/solve_ms", "solver/phase/**"]}
+    rest = {"iterations": ["solver/iterations"], "cost": ["solver/cost"]}
+    errors = {"position error (m)": [f"control/{name}/position_error" for name in bodies]}
+    violation = {"violation": ["solver/violation/**", "solver/equality_violation"]}
+    followed = "world/payload"
+    if "output_error" in record.more:
+        followed = "world/bar1"
+        plots |= {f"v{a} (m/s)": [f"control/{n}/velocity/{a}/**" for n in names] for a in "xy"}
+        plots["virtual constraints"] = [f"control/{names[0]}/virtual_constraint/**"]
+        plots["lambda (N/m)"] = [f"solver/{name}/lambda" for name in names]
+        rest = {**errors, **violation}
+    else:
+        plots |= {**violation, **errors}
     column = rrb.Vertical(
-        *(rrb.TimeSeriesView(name=name, origin="/", contents=paths) for name, paths in first),
+        *(rrb.TimeSeriesView(name=n, origin="/", contents=paths) for n, paths in plots.items()),
         rrb.Tabs(
-            *(rrb.TimeSeriesView(name=name, origin="/", contents=paths) for name, paths in rest),
+            *(rrb.TimeSeriesView(name=n, origin="/", contents=paths) for n, paths in rest.items()),
             rrb.TextLogView(name="status", origin="/", contents=["solver/status"]),
         ),
     )
+    start = record.bodies[0, 0 if followed == "world/payload" else slice(None), :3]
+    view = _team_view(start.reshape(-1, 3).mean(axis=0), followed)
     return rrb.Blueprint(
-        rrb.Horizontal(_team_view(rollout.x[0, :3]), column, column_shares=[5, 3]),
+        rrb.Horizontal(view, column, column_shares=[5, 3]),
         rrb.TimePanel(state="collapsed", timeline="sim_time"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),

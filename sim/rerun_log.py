@@ -1,5 +1,6 @@
-"""Writes a tracked rollout as columns of a Rerun recording."""
+"""Writes a run as columns of a Rerun recording."""
 
+from itertools import product
 from pathlib import Path
 
 import mujoco
@@ -8,6 +9,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from palanquin.problems.robots import FEET
+from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.interpolation import rotate
 from palanquin.sim.kinematic import KinematicTrajectory
 from palanquin.sim.overlay import (
@@ -18,6 +20,7 @@ from palanquin.sim.overlay import (
 )
 from palanquin.sim.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.rerun_blueprint import blueprint
+from palanquin.sim.rerun_ground import log_ground
 from palanquin.sim.rerun_shapes import log_body, log_terrain, quaternion_xyzw
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.tracking import tracking_error
@@ -25,18 +28,32 @@ from palanquin.sim.runs.tracking import tracking_error
 Array = NDArray[np.float64]
 
 
-def write(rollout: Record, trajectory: KinematicTrajectory, path: Path) -> None:
+LEAST_FORCE = 1.0
+"""That is drawn, N."""
+
+FRAME_RATE = 60
+"""Of what moves in the 3D view at most, Hz; curves have every tick."""
+
+
+def write(record: Record, shown: KinematicTrajectory | BarScene, path: Path) -> None:
     """Write the recording; see `palanquin.sim.recording.write_recording`."""
     recording = rr.RecordingStream("palanquin")
-    recording.save(path, default_blueprint=blueprint(rollout))
+    recording.save(path, default_blueprint=blueprint(record))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    log_bodies(recording, trajectory.scene.model, trajectory.time, trajectory.qpos)
-    log_terrain(recording, "world/terrain", trajectory.scene, rollout.x.reshape(-1, 13)[:, :3])
-    ticks = rr.TimeColumn("sim_time", duration=rollout.time)
-    _log_forces(recording, ticks, rollout)
-    _log_plan(recording, ticks, rollout)
-    _log_solver(recording, ticks, rollout)
-    _log_control(recording, ticks, rollout, trajectory)
+    frames = slice(None, None, max(1, round(1 / (FRAME_RATE * record.period))))
+    if isinstance(shown, KinematicTrajectory):
+        log_bodies(recording, shown.scene.model, shown.time, shown.qpos)
+        log_terrain(recording, "world/terrain", shown.scene, record.x.reshape(-1, 13)[:, :3])
+        _log_kinematics(recording, record, shown)
+    else:
+        log_bodies(recording, shown.model, record.time[frames], record.more["qpos"][frames])
+        log_ground(recording, shown.model)
+    _log_forces(recording, record, frames)
+    _log_wrenches(recording, record, frames)
+    _log_plan(recording, record, frames)
+    ticks = rr.TimeColumn("sim_time", duration=record.time)
+    _log_solver(recording, ticks, record)
+    _log_control(recording, ticks, record)
     recording.disconnect()
 
 
@@ -69,28 +86,39 @@ def body_poses(model: mujoco.MjModel, qpos: Array) -> tuple[Array, Array]:
     return position, quaternion
 
 
-def _log_forces(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
-    """Ground reactions at stance feet, what the payload does to each hand, and pushes."""
-    for i, robot in enumerate(rollout.team.robots):
-        for f, foot in enumerate(FEET):
-            send_arrows(
-                recording,
-                f"world/{robot.name}/{foot}/force",
-                ticks,
-                rollout.feet[:, i, f],
-                rollout.force[:, i, f],
-                rollout.contact[:, i, f] > 0.5,
-            )
-        hand = rollout.x[:, :3] + rotate(rollout.x[:, 3:7], np.asarray(robot.attach, float))
-        path = f"world/{robot.name}/hand/force"
-        held = np.ones(len(rollout.time), dtype=bool)
-        send_arrows(recording, path, ticks, hand, rollout.more["hand_wrench"][:, i, :3], held)
-    for b, name in enumerate(["payload", *(robot.name for robot in rollout.team.robots)]):
-        push = rollout.more["disturbance"][:, b, :3] * (PUSH_METRES_PER_NEWTON / METRES_PER_NEWTON)
-        start = rollout.x[:, 13 * b : 13 * b + 3] + PUSH_OFFSET
+def _log_forces(recording: rr.RecordingStream, record: Record, frames: slice) -> None:
+    """Ground reactions: measured ones below `world` where there are any, the plan's below `plan`;
+    else the plan's, which are those that act.
+    """
+    times = rr.TimeColumn("sim_time", duration=record.time[frames])
+    roots = {"world": record.force}
+    if "foot_force" in record.more:
+        roots = {"world": record.more["foot_force"], "plan": record.force}
+    for (i, robot), (f, foot) in product(enumerate(record.team.names), enumerate(FEET)):
+        for root, forces in roots.items():
+            force = forces[frames, i, f]
+            shown = np.linalg.norm(force, axis=1) > LEAST_FORCE
+            path, feet = f"{root}/{robot}/{foot}/force", record.feet[frames, i, f]
+            send_arrows(recording, path, times, feet, force, shown)
+
+
+def _log_wrenches(recording: rr.RecordingStream, record: Record, frames: slice) -> None:
+    """What the payload does to each hand, and pushes, where the record has them."""
+    times = rr.TimeColumn("sim_time", duration=record.time[frames])
+    bodies = record.bodies[frames]
+    if "hand_wrench" in record.more:
+        for i, robot in enumerate(record.team.robots):
+            hand = bodies[:, 0, :3] + rotate(bodies[:, 0, 3:7], np.asarray(robot.attach, float))
+            force = record.more["hand_wrench"][frames, i, :3]
+            held = np.ones(len(hand), dtype=bool)
+            send_arrows(recording, f"world/{robot.name}/hand/force", times, hand, force, held)
+    for b, name in enumerate(record.team.bodies if "disturbance" in record.more else ()):
+        scale = PUSH_METRES_PER_NEWTON / METRES_PER_NEWTON
+        push = scale * record.more["disturbance"][frames, b, :3]
         pushed: NDArray[np.bool_] = np.linalg.norm(push, axis=1) > 0
         if pushed.any():
-            send_arrows(recording, f"world/{name}/push", ticks, start, push, pushed, PUSH)
+            start = bodies[:, b, :3] + PUSH_OFFSET
+            send_arrows(recording, f"world/{name}/push", times, start, push, pushed, PUSH)
 
 
 def send_arrows(
@@ -112,58 +140,73 @@ def send_arrows(
     recording.send_columns(path, [ticks], columns)
 
 
-def _log_plan(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
-    bodies = [("plan/payload", PAYLOAD_PLAN)]
-    bodies += [(f"plan/{r.name}", robot_colour(i)) for i, r in enumerate(rollout.team.robots)]
-    for b, (path, colour) in enumerate(bodies):
-        strips = list(rollout.plan_x[:, :, 13 * b : 13 * b + 3])
-        columns = rr.LineStrips3D.columns(strips=strips)
-        line = rr.LineStrips3D.from_fields(radii=0.006, colors=rgba(colour))
-        recording.log(path, line, static=True)
-        recording.send_columns(path, [ticks], columns)
-    for i, robot in enumerate(rollout.team.robots):
-        landings = [planned_touchdowns(rollout, t, i) for t in range(len(rollout.time))]
+def _log_plan(recording: rr.RecordingStream, record: Record, frames: slice) -> None:
+    """The bodies' planned paths and the footholds to come."""
+    times = rr.TimeColumn("sim_time", duration=record.time[frames])
+    colours = {name: robot_colour(i) for i, name in enumerate(record.team.names)}
+    for b, name in enumerate(record.team.bodies):
+        strips = list(record.planned[frames, :, b, :3])
+        line = rr.LineStrips3D.from_fields(
+            radii=0.006, colors=rgba(colours.get(name, PAYLOAD_PLAN))
+        )
+        recording.log(f"plan/{name}", line, static=True)
+        recording.send_columns(f"plan/{name}", [times], rr.LineStrips3D.columns(strips=strips))
+    for i, (name, own) in enumerate(colours.items()):
+        landings = [planned_touchdowns(record, t, i) for t in range(len(record.time))[frames]]
         points = np.array([point for tick in landings for _, point in tick]).reshape(-1, 3)
         columns = rr.Points3D.columns(positions=points).partition([len(t) for t in landings])
-        path = f"plan/{robot.name}/footholds"
-        style = rr.Points3D.from_fields(radii=0.02, colors=rgba(robot_colour(i)))
-        recording.log(path, style, static=True)
-        recording.send_columns(path, [ticks], columns)
+        style = rr.Points3D.from_fields(radii=0.02, colors=rgba(own))
+        recording.log(f"plan/{name}/footholds", style, static=True)
+        recording.send_columns(f"plan/{name}/footholds", [times], columns)
 
 
-def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, rollout: Record) -> None:
-    series = {name: getattr(rollout, name) for name in ("solve_ms", "iterations", "cost")}
-    series["equality_violation"] = rollout.equality_violation
-    series |= {f"phase/{name}": values for name, values in rollout.phases.items()}
-    series |= {f"violation/{name}": values for name, values in rollout.violation.items()}
+def _log_solver(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Record) -> None:
+    names = ("solve_ms", "iterations", "cost", "equality_violation")
+    series = {name: getattr(record, name) for name in names}
+    series |= {f"phase/{name}": values for name, values in record.phases.items()}
+    series |= {f"violation/{name}": values for name, values in record.violation.items()}
+    estimates = record.more.get("estimates", np.empty((len(record.time), record.robots, 0)))
+    for i, robot in enumerate(record.team.names if estimates.shape[2] else ()):
+        series[f"{robot}/lambda"] = estimates[:, i, 0]
     for name, values in series.items():
-        send_scalars(recording, f"solver/{name}", ticks, values)
-    changed = np.append(True, rollout.status[1:] != rollout.status[:-1])
-    times = rr.TimeColumn("sim_time", duration=rollout.time[changed])
-    text = rr.TextLog.columns(text=[str(word) for word in rollout.status[changed]])
+        if not np.isnan(values).all():
+            send_scalars(recording, f"solver/{name}", ticks, values)
+    changed = np.append(True, record.status[1:] != record.status[:-1])
+    times = rr.TimeColumn("sim_time", duration=record.time[changed])
+    text = rr.TextLog.columns(text=[str(word) for word in record.status[changed]])
     recording.send_columns("solver/status", [times], text)
-    if rollout.events:
-        times = rr.TimeColumn("sim_time", duration=[event.time for event in rollout.events])
-        words = [f"{event.kind.value}: {event.reason}" for event in rollout.events]
+    if record.events:
+        times = rr.TimeColumn("sim_time", duration=[event.time for event in record.events])
+        words = [f"{event.kind.value}: {event.reason}" for event in record.events]
         recording.send_columns("solver/events", [times], rr.TextLog.columns(text=words))
 
 
-def _log_control(
-    recording: rr.RecordingStream,
-    ticks: rr.TimeColumn,
-    rollout: Record,
-    trajectory: KinematicTrajectory,
-) -> None:
-    """Tracking errors of the bodies, and of the inverse kinematics that shows them."""
-    error = tracking_error(rollout)
-    names = ["payload", *(robot.name for robot in rollout.team.robots)]
-    for b, name in enumerate(names):
+def _log_control(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Record) -> None:
+    """Tracking errors of the bodies; of robots on bars velocities and virtual constraints."""
+    error = tracking_error(record)
+    for b, name in enumerate(record.team.bodies):
         path = f"control/{name}"
         send_scalars(recording, f"{path}/position_error", ticks, error.position[:, b])
         send_scalars(recording, f"{path}/orientation_error", ticks, error.orientation[:, b])
         send_scalars(recording, f"{path}/velocity_error", ticks, error.velocity[:, b])
+    if "output_error" not in record.more:
+        return
+    both = {"desired": record.references, "measured": record.bodies}
+    for i, robot in enumerate(record.team.names):
+        for (axis, name), (kind, states) in product(enumerate("xyz"), both.items()):
+            path = f"control/{robot}/velocity/{name}/{kind}"
+            send_scalars(recording, path, ticks, states[:, i, 7 + axis])
+        for axis, name in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
+            path = f"control/{robot}/virtual_constraint/{name}"
+            send_scalars(recording, path, ticks, record.more["output_error"][:, i, axis])
+
+
+def _log_kinematics(
+    recording: rr.RecordingStream, record: Record, trajectory: KinematicTrajectory
+) -> None:
+    """Errors of the inverse kinematics that shows a run."""
     frames = rr.TimeColumn("sim_time", duration=trajectory.time)
-    for i, name in enumerate(names[1:]):
+    for i, name in enumerate(record.team.names):
         path, feet = f"control/{name}/kinematics", trajectory.foot_error[:, i].max(axis=1)
         send_scalars(recording, f"{path}/foot_error", frames, feet)
         send_scalars(recording, f"{path}/hand_error", frames, trajectory.hand_error[:, i])

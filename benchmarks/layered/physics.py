@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from palanquin.problems.clm.references import Velocity
 from palanquin.problems.robots import FEET
-from palanquin.sim.bar import plots
+from palanquin.sim import bar_plots as plots
 from palanquin.sim.palette import robot_colour
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.run_outcome import outcome

@@ -29,8 +29,7 @@ ROOMS = {
 CXX = ("core", "solvers", "planning", "whole_body", "plant")
 # A file that shows a run is part of the scenes' folder, but stands above the loop.
 ABOVE_RUNS = re.compile(
-    r"sim/(bar/(plots|recording|rerun_log)|clearance|figures|kinematic|live_\w+|overlay"
-    r"|recording|render|rerun_\w+|swing)\.py"
+    r"sim/(bar_plots|clearance|figures|kinematic|live_\w+|overlay|recording|render|rerun_\w+|swing)\.py"
 )
 # What scenes are made of as data, and who directs a run, stand beside the scenes.
 DATA = re.compile(r"sim/(driver|errors|ground|pilot|team)\.py")

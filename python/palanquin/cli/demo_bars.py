@@ -14,10 +14,10 @@ from palanquin.cli.console import err
 from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.cli.keyboard import Keyboard, open_keyboard
 from palanquin.cli.watching import Bars
-from palanquin.sim.bar.plots import draw_plots
-from palanquin.sim.bar.recording import write_recording
 from palanquin.sim.bar.scene import build_bar_scene
+from palanquin.sim.bar_plots import draw_plots
 from palanquin.sim.driver import HELP, Driver
+from palanquin.sim.recording import write_recording
 from palanquin.sim.render import Motion
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.scenarios import run_bars, ticks_of
