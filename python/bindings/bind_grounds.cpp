@@ -60,9 +60,9 @@ void bind_gaits(nb::module_& m) {
   nb::class_<Gait>(m, "Gait", "A periodic contact pattern; see gait.hpp.")
       .def(
           "__init__",
-          [](Gait* self, std::string name, double period, std::array<double, kFeet> duty,
-             std::array<double, kFeet> offset) {
-            new (self) Gait{std::move(name), period, duty, offset};
+          [](Gait* self, std::string name, double period, std::vector<double> duty,
+             std::vector<double> offset) {
+            new (self) Gait{std::move(name), period, std::move(duty), std::move(offset)};
           },
           "name"_a, "period"_a, "duty"_a, "offset"_a)
       .def_ro("name", &Gait::name)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import mujoco
 
 from palanquin import _sim
+from palanquin.problems import gaits
 from palanquin.problems.robots import FEET
 from palanquin.sim.bar.scene import BarScene
 from palanquin.sim.errors import InputError
@@ -88,8 +89,6 @@ def control_settings(friction: float, start: float = 0.5) -> _sim.RobotControlSe
     `friction` is the coefficient that they count on.
     """
     control = _sim.RobotControlSettings()
-    gait = control.gait
-    gait.duty, gait.offset, gait.start = [0.5] * 4, [0.0, 0.5, 0.5, 0.0], start
-    control.gait = gait
+    control.gait, control.gait_start = gaits.trot(0.4).core, start
     control.friction = friction
     return control

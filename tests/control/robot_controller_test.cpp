@@ -21,9 +21,10 @@ constexpr int kFeet = 4;
 
 RobotControlSettings trotting() {
   RobotControlSettings settings;
+  settings.gait.period = 0.4;
   settings.gait.duty.assign(kFeet, 0.5);
   settings.gait.offset = {0, 0.5, 0.5, 0};
-  settings.gait.start = 0.1;  // then RF and LH swing for 0.2 s
+  settings.gait_start = 0.1;  // then RF and LH swing for 0.2 s
   return settings;
 }
 
@@ -48,7 +49,7 @@ struct RobotControl : ::testing::Test {
   void update(double time) {
     Vector4 forces;
     for (int leg = 0; leg < kFeet; ++leg)
-      forces[leg] = settings.gait.stands(leg, time) ? weight / 4 : 0;
+      forces[leg] = controller.clock().stands(leg, time) ? weight / 4 : 0;
     update(time, forces);
   }
   void update(double time, const Vector4& forces) {

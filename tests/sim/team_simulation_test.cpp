@@ -23,9 +23,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 RobotControlSettings trotting(double start) {
   RobotControlSettings control;
+  control.gait.period = 0.4;
   control.gait.duty.assign(4, 0.5);
   control.gait.offset = {0, 0.5, 0.5, 0};
-  control.gait.start = start;
+  control.gait_start = start;
   return control;
 }
 

@@ -99,18 +99,9 @@ def test_feet_are_rows_of_three(make, field):
             setattr(thing, field, wrong)
 
 
-@pytest.mark.parametrize("foot", [-1, 4, 10_000])
-def test_a_foot_is_one_of_the_gait(foot):
-    gait = control_settings(0.6).gait
-    with pytest.raises(IndexError, match=f"foot is {foot}; the gait has 4"):
-        gait.stands(foot, 0.0)
-
-
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (_sim.GaitPattern, "duty"),
-        (_sim.GaitPattern, "offset"),
         (_sim.TeamMember, "joints"),
         (_sim.TeamMember, "motors"),
         (_sim.TeamMember, "foot_geoms"),
@@ -145,9 +136,9 @@ def test_an_entry_that_is_written_is_written(make, field):
 
 def test_settings_within_settings_are_written():
     member = _sim.TeamMember()
-    member.control.gait.period = 0.7
+    member.control.gait_start = 0.7
     member.measurement.delay = 3
-    assert (member.control.gait.period, member.measurement.delay) == (0.7, 3)
+    assert (member.control.gait_start, member.measurement.delay) == (0.7, 3)
 
 
 def test_a_second_thread_is_refused_in_words():

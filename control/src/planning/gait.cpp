@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+
+#include "palanquin/core/setting_rules.hpp"
 
 namespace palanquin::planning {
 
@@ -14,26 +17,51 @@ constexpr double kLate = 1e-6;
 double fraction(double x) { return x - std::floor(x); }
 }  // namespace
 
+double Gait::duty_of(int foot) const {
+  if (duty.empty()) return 1.0;
+  if (foot < 0 || static_cast<std::size_t>(foot) >= duty.size())
+    throw std::out_of_range("foot is " + std::to_string(foot) + "; the gait has " +
+                            std::to_string(duty.size()));
+  return duty[static_cast<std::size_t>(foot)];
+}
+
+double Gait::since_touchdown(int foot, double phase) const {
+  const auto f = static_cast<std::size_t>(foot);
+  return fraction(phase + kLate - (f < offset.size() ? offset[f] : 0.0));
+}
+
+bool Gait::stands(int foot, double phase) const {
+  const double share = duty_of(foot);
+  return share >= 1.0 || since_touchdown(foot, phase) < share;
+}
+
 std::array<bool, kFeet> Gait::stands(double phase) const {
   std::array<bool, kFeet> flags{};
-  for (std::size_t f = 0; f < kFeet; ++f)
-    flags[f] = fraction(phase - (offset[f] - kLate)) < duty[f] || duty[f] == 1.0;
+  for (int f = 0; f < kFeet; ++f) flags[static_cast<std::size_t>(f)] = stands(f, phase);
   return flags;
 }
 
-Stances Gait::stances(double phase) const {
-  Stances s{};
-  for (std::size_t f = 0; f < kFeet; ++f) {
-    const double since = fraction(phase + kLate - offset[f]);
-    const double begin = duty[f] == 1.0 ? -0.5 : since < duty[f] ? -since : 1.0 - since;
-    s.begin[f] = period * begin;
-    s.end[f] = period * (begin + duty[f]);
-  }
-  return s;
+Stance Gait::stance(int foot, double phase) const {
+  const double share = duty_of(foot), since = since_touchdown(foot, phase);
+  const double begin = share >= 1.0 ? -0.5 : since < share ? -since : 1.0 - since;
+  return {period * begin, period * (begin + share)};
 }
 
 bool Gait::is_standing() const {
   return std::all_of(duty.begin(), duty.end(), [](double d) { return d >= 1.0; });
+}
+
+std::string Gait::explain_invalid() const {
+  SettingRules rules;
+  rules.positive("period", period)
+      .check(offset.size() == duty.size(), "number of offsets", offset.size(),
+             std::to_string(duty.size()) + ", as that of duties");
+  for (std::size_t foot = 0; foot < std::min(duty.size(), offset.size()); ++foot)
+    rules.check(duty[foot] >= 0 && duty[foot] <= 1, entry("duty", foot), duty[foot], "from 0 to 1")
+        .finite(entry("offset", foot), offset[foot]);
+  rules.check(duty.empty() || std::any_of(duty.begin(), duty.end(), [](double d) { return d > 0; }),
+              "duty", 0, "over 0 for one foot at least");
+  return rules.sentence();
 }
 
 GaitClock::GaitClock(Gait gait, double time, double phase) {
@@ -63,19 +91,42 @@ double GaitClock::change(const Gait& gait, double time, bool at_once) {
   return time;
 }
 
+bool GaitClock::stands(int foot, double time) const {
+  const Segment& segment = at(time);
+  return segment.gait.stands(foot, segment.cycles(time));
+}
+
 std::array<bool, kFeet> GaitClock::contacts(double time) const {
   const Segment& segment = at(time);
   return segment.gait.stands(segment.cycles(time));
 }
 
-Stances GaitClock::stances(double time) const {
+Stance GaitClock::stance(int foot, double time) const {
   const Segment& segment = at(time);
-  Stances s = segment.gait.stances(segment.cycles(time));
-  for (std::size_t f = 0; f < kFeet; ++f) {
-    s.begin[f] += time;
-    s.end[f] += time;
+  const Stance from_now = segment.gait.stance(foot, segment.cycles(time));
+  return {time + from_now.begin, time + from_now.end};
+}
+
+Stances GaitClock::stances(double time) const {
+  Stances all{};
+  for (int f = 0; f < kFeet; ++f) {
+    const Stance one = stance(f, time);
+    all.begin[static_cast<std::size_t>(f)] = one.begin;
+    all.end[static_cast<std::size_t>(f)] = one.end;
   }
-  return s;
+  return all;
+}
+
+Swing GaitClock::swing(int foot, double time) const {
+  const Segment& segment = at(time);
+  const Gait& gait = segment.gait;
+  const double share = gait.duty_of(foot), whole = gait.period - gait.stance(foot);
+  const double since = gait.since_touchdown(foot, segment.cycles(time));
+  if (share >= 1.0 || since < share) return {0.0, whole};
+  const double gone = since - share, here = (time - segment.start) / gait.period;
+  if (&segment == segments_.data() || gone <= here) return {gone / (1.0 - share), whole};
+  const double left = std::max(here, 0.0) + 1.0 - since;  // the change began it, cycles
+  return {std::min(std::max(here, 0.0) / left, 1.0), left * gait.period};
 }
 
 }  // namespace palanquin::planning

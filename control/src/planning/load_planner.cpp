@@ -96,8 +96,10 @@ class PlannerReader {
     } else {
       carrier.gait.name = line.word();
       carrier.gait.period = line.number();
-      for (double& duty : carrier.gait.duty) duty = line.number();
-      for (double& offset : carrier.gait.offset) offset = line.number();
+      for (auto* numbers : {&carrier.gait.duty, &carrier.gait.offset}) {
+        numbers->resize(kFeet);
+        for (double& number : *numbers) number = line.number();
+      }
       if (!(carrier.gait.period > 0.0)) throw std::runtime_error("its period must be positive");
     }
   }

@@ -32,8 +32,13 @@ std::string robot(const Carrier& c) {
   std::string name = c.gait.name.empty() ? "gait" : c.gait.name;
   for (char& letter : name)
     if (letter == ' ') letter = '_';
-  return text + "\ngait " + name + ' ' + to_text(c.gait.period) + words(c.gait.duty) +
-         words(c.gait.offset) + '\n';
+  std::array<double, kFeet> duty{}, offset{};
+  for (std::size_t f = 0; f < kFeet; ++f) {
+    duty[f] = c.gait.duty_of(static_cast<int>(f));
+    offset[f] = f < c.gait.offset.size() ? c.gait.offset[f] : 0.0;
+  }
+  return text + "\ngait " + name + ' ' + to_text(c.gait.period) + words(duty) + words(offset) +
+         '\n';
 }
 
 std::string policy(const std::string& family, const Policy& p) {

@@ -7,6 +7,7 @@ std::string RobotControlSettings::explain_invalid() const {
   SettingRules rules;
   rules.nested("whole_body: ", whole_body.explain_invalid())
       .nested("gait: ", gait.explain_invalid())
+      .finite("gait_start", gait_start)
       .nested("contact: ", contact.explain_invalid())
       .not_negative("friction", friction)
       .not_negative("least_force", least_force)

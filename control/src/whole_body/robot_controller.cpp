@@ -13,6 +13,22 @@ namespace {
 /// Time in which a leg that is late is expected to find the ground, s.
 constexpr double kLandsWithin = 0.02;
 
+/// Whose entries are not one a foot, in words; empty if they are, or there are none.
+std::string misfit(const planning::Gait& gait, std::size_t feet) {
+  return SettingRules()
+      .check(gait.duty.empty() || gait.duty.size() == feet, "gait: number of duties",
+             gait.duty.size(), std::to_string(feet) + ", one a foot, or 0")
+      .sentence();
+}
+
+/// All feet stand until a gait begins.
+planning::GaitClock clock_of(const planning::Gait& gait, double start) {
+  if (start <= 0) return planning::GaitClock(gait, start);
+  planning::GaitClock clock(planning::Gait{"stand", gait.period, {}, {}});
+  clock.change(gait, start, true);
+  return clock;
+}
+
 const RobotDescription& checked(const RobotDescription& robot, const Eigen::Matrix3Xd& hips,
                                 const RobotControlSettings& settings) {
   const std::size_t feet = robot.limbs_of(LimbKind::Foot).size();
@@ -21,9 +37,7 @@ const RobotDescription& checked(const RobotDescription& robot, const Eigen::Matr
   SettingRules rules;
   rules.nested(settings.explain_invalid())
       .at_least("number of feet", static_cast<int>(feet), 1)
-      .check(settings.gait.duty.empty() || settings.gait.duty.size() == feet,
-             "gait: number of duties", settings.gait.duty.size(),
-             std::to_string(feet) + ", one a foot, or 0")
+      .nested(misfit(settings.gait, feet))
       .check(hips.cols() == static_cast<Eigen::Index>(feet), "number of hips", hips.cols(),
              std::to_string(feet) + ", one a foot");
   for (std::size_t i = 0; i < settings.posture.size(); ++i)
@@ -58,6 +72,7 @@ RobotController::RobotController(const RobotDescription& robot, const Eigen::Mat
       model_(checked(robot, hips, settings)),
       controller_(model_, settings.whole_body),
       hips_(hips),
+      clock_(clock_of(settings.gait, settings.gait_start)),
       monitors_(model_.feet().size(), ContactMonitor(settings.contact)),
       changed_at_(model_.feet().size(), 0.0),
       first_angles_(Eigen::VectorXd::Zero(model_.joints())) {
@@ -65,6 +80,16 @@ RobotController::RobotController(const RobotDescription& robot, const Eigen::Mat
     positions->setZero(3, feet());
   for (const int hand : model_.hands())
     arms_.push_back(robot.hinges_to(robot.limbs[static_cast<std::size_t>(hand)].body));
+}
+
+double RobotController::change_gait(const planning::Gait& gait, double time, bool at_once) {
+  const std::string text = SettingRules()
+                               .nested("gait: ", gait.explain_invalid())
+                               .nested(misfit(gait, model_.feet().size()))
+                               .finite("time", time)
+                               .sentence();
+  if (!text.empty()) throw std::invalid_argument("robot controller: " + text);
+  return clock_.change(gait, time, at_once);
 }
 
 bool RobotController::fits(const RobotTarget& target) const {
@@ -131,10 +156,9 @@ Vector3 RobotController::to_ground(int index, const Vector3& normal) const {
 
 void RobotController::update_foot(int index, double time, double dt, double force,
                                   const Vector3& normal) {
-  const GaitPattern& gait = settings_.gait;
   const auto at = static_cast<std::size_t>(index);
   ContactMonitor& monitor = monitors_[at];
-  monitor.update(gait.stands(index, time), gait.swing_progress(index, time), force, dt);
+  monitor.update(clock_.stands(index, time), clock_.swing(index, time).progress, force, dt);
   if (monitor.has_changed()) {
     changed_at_[at] = time;
     lift_off_.col(index) = foot(index).position;
@@ -172,14 +196,13 @@ void RobotController::stand(int index, double time, const RobotTarget& target,
 
 void RobotController::swing(int index, double time, const RobotTarget& target,
                             const Vector3& normal) {
-  const GaitPattern& gait = settings_.gait;
+  const planning::Swing now = clock_.swing(index, time);
   footholds_.col(index) = foothold(index, time, target);
   const auto limb = model_.feet()[static_cast<std::size_t>(index)];
   const double radius = model_.description().limbs[static_cast<std::size_t>(limb)].radius;
   const Vector3 end = footholds_.col(index) + (radius - settings_.penetration) * normal;
-  controller_.track_limb(
-      limb, swing_target(lift_off_.col(index), end, settings_.swing_clearance,
-                         gait.swing_progress(index, time), gait.swing_duration(index)));
+  controller_.track_limb(limb, swing_target(lift_off_.col(index), end, settings_.swing_clearance,
+                                            now.progress, now.duration));
 }
 
 void RobotController::reach(int index, double time, const Vector3& normal) {
@@ -194,15 +217,14 @@ void RobotController::reach(int index, double time, const Vector3& normal) {
 Vector3 RobotController::foothold(int index, double time, const RobotTarget& target) const {
   if (target.footholds.cols() > 0 && target.footholds.col(index).allFinite())
     return target.footholds.col(index);
-  const GaitPattern& gait = settings_.gait;
   const Vector3 arm = model_.rotation() * hips_.col(index);
   const Vector3 turn(0, 0, target.commanded_yaw_rate);
   FootholdInput input;
   input.hip = model_.com().position + arm;
   input.velocity = model_.com().velocity + turn.cross(arm);
   input.commanded_velocity = target.commanded_velocity + turn.cross(arm);
-  input.remaining = (1 - gait.swing_progress(index, time)) * gait.swing_duration(index);
-  input.stance_duration = gait.stance_duration(index);
+  input.remaining = clock_.swing(index, time).remaining();
+  input.stance_duration = clock_.gait(time).stance(index);
   input.velocity_gain = settings_.foothold_gain;
   input.ground = ground_;
   input.height = model_.com().position.z() - ground_;
@@ -266,7 +288,7 @@ RobotObservation RobotController::observe(const RobotState& measured) {
 
 bool RobotController::will_stand(int foot, double now, double time) const {
   const bool is_absent = monitor(foot).is_late() && time < now + kLandsWithin;
-  return settings_.gait.stands(foot, time) && !is_absent;
+  return clock_.stands(foot, time) && !is_absent;
 }
 
 }  // namespace palanquin

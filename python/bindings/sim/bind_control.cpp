@@ -1,5 +1,6 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
@@ -52,14 +53,6 @@ void bind_settings(nb::module_& m) {
       .def_rw("largest_force", &WholeBodySettings::largest_force)
       .def_rw("hold_periods", &WholeBodySettings::hold_periods)
       .def("explain_invalid", &WholeBodySettings::explain_invalid);
-  nb::class_<GaitPattern> pattern(m, "GaitPattern", "See gait_pattern.hpp.");
-  def_list(pattern, "duty", &GaitPattern::duty);
-  def_list(pattern, "offset", &GaitPattern::offset);
-  pattern.def(nb::init<>())
-      .def_rw("period", &GaitPattern::period)
-      .def_rw("start", &GaitPattern::start)
-      .def("stands", &GaitPattern::stands, "foot"_a, "time"_a)
-      .def("explain_invalid", &GaitPattern::explain_invalid);
   nb::class_<ContactSettings>(m, "ContactSettings", "See contact_monitor.hpp.")
       .def(nb::init<>())
       .def_rw("touch_force", &ContactSettings::touch_force)
@@ -71,7 +64,10 @@ void bind_settings(nb::module_& m) {
   nb::class_<RobotControlSettings>(m, "RobotControlSettings", "See robot_controller.hpp.")
       .def(nb::init<>())
       .def_rw("whole_body", &RobotControlSettings::whole_body)
-      .def_rw("gait", &RobotControlSettings::gait)
+      .def_rw("gait", &RobotControlSettings::gait,  // of the type that _core registers
+              nb::for_getter(nb::sig("def gait(self) -> object")),
+              nb::for_setter(nb::sig("def gait(self, gait: object, /) -> None")))
+      .def_rw("gait_start", &RobotControlSettings::gait_start)
       .def_rw("contact", &RobotControlSettings::contact)
       .def_rw("friction", &RobotControlSettings::friction)
       .def_rw("least_force", &RobotControlSettings::least_force)
@@ -170,6 +166,22 @@ void bind_controller(nb::module_& m) {
       .def_prop_ro("slack",
                    [](const RobotController& c) { return Eigen::VectorXd(c.controller().slack()); })
       .def_prop_ro("model", &RobotController::model, nb::rv_policy::reference_internal)
+      .def("change_gait", &RobotController::change_gait, "gait"_a, "time"_a, "at_once"_a = false,
+           nb::sig("def change_gait(self, gait: object, time: float, "
+                   "at_once: bool = False) -> float"))
+      .def(
+          "stands",
+          [](const RobotController& c, int foot, double time) {
+            return c.clock().stands(foot, time);
+          },
+          "foot"_a, "time"_a)
+      .def(
+          "stance",
+          [](const RobotController& c, int foot, double time) {
+            const planning::Stance stance = c.clock().stance(foot, time);
+            return std::pair(stance.begin, stance.end);
+          },
+          "foot"_a, "time"_a)
       .def("phase", &RobotController::phase, "foot"_a)
       .def("observe", &RobotController::observe, "measured"_a);
 }

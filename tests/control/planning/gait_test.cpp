@@ -7,7 +7,7 @@ namespace palanquin::planning {
 namespace {
 
 const Gait kTrot{"trot", 0.5, {0.5, 0.5, 0.5, 0.5}, {0.0, 0.5, 0.5, 0.0}};
-const Gait kStand{"stand", 0.5, {1.0, 1.0, 1.0, 1.0}, {}};
+const Gait kStand{"stand", 0.5, {1.0, 1.0, 1.0, 1.0}, {0.0, 0.0, 0.0, 0.0}};
 using Contacts = std::array<bool, kFeet>;
 
 TEST(Gait, DiagonalPairsTakeTurns) {
@@ -22,15 +22,41 @@ TEST(Gait, AnInstantJustBeforeATouchdownCountsAsAfterIt) {
 }
 
 TEST(Gait, StancesHoldTheirPhase) {
-  for (double phase = 0.0; phase < 2.0; phase += 0.01) {
-    const Stances s = kTrot.stances(phase);
-    const Contacts stands = kTrot.stands(phase);
-    for (std::size_t f = 0; f < kFeet; ++f) {
-      EXPECT_NEAR(s.end[f] - s.begin[f], 0.25, 1e-12);
-      EXPECT_GT(s.end[f], -1e-6);
-      EXPECT_EQ(s.begin[f] < 1e-6, stands[f]) << phase;
+  for (double phase = 0.0; phase < 2.0; phase += 0.01)
+    for (int f = 0; f < kFeet; ++f) {
+      const Stance s = kTrot.stance(f, phase);
+      EXPECT_NEAR(s.end - s.begin, 0.25, 1e-12);
+      EXPECT_GT(s.end, -1e-6);
+      EXPECT_EQ(s.begin < 1e-6, kTrot.stands(f, phase)) << phase;
     }
+}
+
+TEST(Gait, IsOfAnyNumberOfFeet) {
+  const Gait gait{"three", 0.4, {0.6, 0.6, 0.6}, {0, 1.0 / 3, 2.0 / 3}};
+  for (int i = 0; i < 40; ++i) {
+    int standing = 0;
+    for (int foot = 0; foot < 3; ++foot) standing += gait.stands(foot, 0.025 * i);
+    EXPECT_GE(standing, 1);
+    EXPECT_LE(standing, 2);
   }
+  for (const int foot : {-1, 3}) EXPECT_THROW(gait.stands(foot, 0.0), std::out_of_range);
+  EXPECT_TRUE(Gait().stands(7, 0.3)) << "without entries all feet stand";
+}
+
+TEST(Gait, ExplainsWhatIsWrong) {
+  const auto with = [](auto change) {
+    Gait gait = kTrot;
+    change(gait);
+    return gait.explain_invalid();
+  };
+  EXPECT_EQ(with([](Gait&) {}), "");
+  EXPECT_EQ(Gait().explain_invalid(), "");
+  EXPECT_EQ(with([](Gait& g) { g.period = 0; }), "period is 0, but must be finite and positive");
+  EXPECT_EQ(with([](Gait& g) { g.duty[2] = 1.5; }), "duty[2] is 1.5, but must be from 0 to 1");
+  EXPECT_EQ(with([](Gait& g) { g.offset.pop_back(); }),
+            "number of offsets is 3, but must be 4, as that of duties");
+  EXPECT_EQ(with([](Gait& g) { g.duty.assign(4, 0.0); }),
+            "duty is 0, but must be over 0 for one foot at least");
 }
 
 TEST(GaitClock, AChangeWaitsForTheEndOfTheCycleAndBeginsAtPhaseZero) {
@@ -48,6 +74,51 @@ TEST(GaitClock, LaterChangesAreDropped) {
   clock.change(kTrot, 1.0, true);
   EXPECT_EQ(clock.contacts(1.1), (Contacts{true, false, false, true}));
   EXPECT_NEAR(clock.phase(5.1), 0.2, 1e-12);
+}
+
+TEST(GaitClock, TrotsInDiagonalPairsFromWhenItIsToldTo) {
+  GaitClock clock(kStand);
+  clock.change({"trot", 0.4, {0.5, 0.5, 0.5, 0.5}, {0.0, 0.5, 0.5, 0.0}}, 0.5);
+  for (int foot = 0; foot < kFeet; ++foot) EXPECT_TRUE(clock.stands(foot, 0.49));
+  for (int cycle = 0; cycle < 5000; ++cycle) {  // rounding must not move an event
+    const double start = 0.5 + 0.4 * cycle;
+    for (const double into : {0.0, 0.1, 0.199}) {
+      EXPECT_EQ(clock.contacts(start + into), (Contacts{true, false, false, true}));
+      EXPECT_NEAR(clock.swing(1, start + into).progress, into / 0.2, 1e-4);
+      EXPECT_EQ(clock.contacts(start + 0.2 + into), (Contacts{false, true, true, false}));
+    }
+  }
+}
+
+TEST(GaitClock, StancesAndSwingsMeetTheContacts) {
+  GaitClock clock(kTrot);
+  clock.change({"own", 0.9, {0.6, 0.7, 0.8, 0.5}, {0.1, 0.9, 0.35, 0.6}}, 1.4);
+  for (int foot = 0; foot < kFeet; ++foot)
+    for (double time = 1.9; time < 4; time += 0.0137) {
+      const Stance stance = clock.stance(foot, time);
+      const Swing swing = clock.swing(foot, time);
+      EXPECT_EQ(clock.stands(foot, time), stance.begin <= time + 1e-6);
+      EXPECT_TRUE(clock.stands(foot, 0.5 * (stance.begin + stance.end)));
+      EXPECT_FALSE(clock.stands(foot, stance.end + 1e-4));
+      if (clock.stands(foot, time)) {
+        EXPECT_EQ(swing.progress, 0);
+        EXPECT_NEAR(swing.duration + stance.end - stance.begin, 0.9, 1e-9);
+      } else {
+        EXPECT_NEAR(time + swing.remaining(), stance.begin, 2e-6);
+      }
+    }
+}
+
+/// A foot that a new gait has in the midst of its swing still has all of its way before it.
+TEST(GaitClock, ASwingThatAChangeBeginsTakesWhatIsLeft) {
+  GaitClock clock(kStand);
+  clock.change({"own", 1.0, {0.75, 0.75}, {0.1, 0.5}}, 2.0);  // foot 0 is to land at phase 0.1
+  ASSERT_FALSE(clock.stands(0, 2.0));
+  EXPECT_NEAR(clock.swing(0, 2.0).progress, 0, 1e-9);
+  EXPECT_NEAR(clock.swing(0, 2.0).duration, 0.1, 1e-5);
+  EXPECT_NEAR(clock.swing(0, 2.05).progress, 0.5, 1e-4);
+  EXPECT_NEAR(clock.swing(0, 2.05).duration, 0.1, 1e-5);
+  EXPECT_NEAR(clock.swing(0, 2.98).duration, 0.25, 1e-5) << "the next one is a whole one";
 }
 
 }  // namespace

@@ -8,32 +8,54 @@
 
 namespace palanquin::planning {
 
-/// When stances begin and end, s.
+/// From touchdown to lift-off, s.
+struct Stance {
+  double begin = 0, end = 0;
+};
+
+/// Stances of all feet of a quadruped, s.
 struct Stances {
   std::array<double, kFeet> begin, end;
 };
 
-/// A periodic contact pattern: foot f stands while frac(phase - offset_f) < duty_f.
-struct Gait {
-  std::string name;                    ///< for messages
-  double period = 0.5;                 ///< length of a cycle, s, positive
-  std::array<double, kFeet> duty{};    ///< fraction of the cycle that a foot stands, 0 to 1
-  std::array<double, kFeet> offset{};  ///< phase at which it touches down, cycles
+/// From lift-off to touchdown.
+struct Swing {
+  double progress = 0;                                            ///< share that is over, in [0, 1)
+  double duration = 0;                                            ///< s
+  double remaining() const { return (1 - progress) * duration; }  ///< s
+};
 
-  /// Which feet stand at a phase (cycles). Instants that rounding has put just before a touchdown
-  /// or lift-off count as after it.
+/// A periodic contact pattern: foot f stands while frac(phase - offset_f) < duty_f. Without any
+/// entries all feet stand always; otherwise a foot that has none is std::out_of_range.
+struct Gait {
+  std::string name;            ///< for messages
+  double period = 0.5;         ///< length of a cycle, s, positive
+  std::vector<double> duty;    ///< fraction of the cycle that a foot stands, 0 to 1; one a foot
+  std::vector<double> offset;  ///< phase at which it touches down, cycles; one a foot
+
+  /// Whether a foot stands at a phase (cycles). Instants that rounding has put just before a
+  /// touchdown or lift-off count as after it.
+  bool stands(int foot, double phase) const;
+  /// The same of the feet of a quadruped.
   std::array<bool, kFeet> stands(double phase) const;
   /// Begin and end of the stance that holds at `phase` (cycles) or comes next, seconds from there.
   /// One that never ends is as long as a cycle, half of it past.
-  Stances stances(double phase) const;
+  Stance stance(int foot, double phase) const;
   /// How long foot f stands, s.
-  double stance(int f) const { return period * duty[static_cast<std::size_t>(f)]; }
+  double stance(int f) const { return period * duty_of(f); }
   /// Whether all feet always stand.
   bool is_standing() const;
+  /// What is wrong with it, in words; empty if nothing.
+  std::string explain_invalid() const;
+
+  double duty_of(int foot) const;
+  /// Cycles since the foot's last touchdown at a phase, in [0, 1).
+  double since_touchdown(int foot, double phase) const;
 };
 
-/// The gait of one robot over time, with changes under way. Contact is a function of time alone, so
-/// that planners and controllers may sample it at any rate. Nothing but `change` allocates.
+/// The gait of one robot over time, with changes under way: the same for its planner and its
+/// controller. Contact is a function of time alone, so that both may sample it at any rate. Nothing
+/// but `change` allocates.
 class GaitClock {
  public:
   /// A gait whose cycle is at `phase` (cycles) at `time` (s).
@@ -48,10 +70,16 @@ class GaitClock {
   /// to end, so its change happens at `time`, as does any with `at_once`.
   double change(const Gait& gait, double time, bool at_once = false);
 
-  /// Which feet stand at `time`.
+  bool stands(int foot, double time) const;
+  /// Which feet of a quadruped stand at `time`.
   std::array<bool, kFeet> contacts(double time) const;
-  /// The stances that hold at `time` or come next, if the gait of that time goes on.
+  /// The stance that holds at `time` or comes next, if the gait of that time goes on.
+  Stance stance(int foot, double time) const;
+  /// The same of all feet of a quadruped.
   Stances stances(double time) const;
+  /// The swing under way at `time`; for a foot that stands, one that is about to begin. One which a
+  /// change of gait begins in its midst takes what is left of it.
+  Swing swing(int foot, double time) const;
 
  private:
   struct Segment {

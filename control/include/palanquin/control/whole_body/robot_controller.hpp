@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
+#include "palanquin/control/planning/gait.hpp"
 #include "palanquin/control/whole_body/contact_monitor.hpp"
-#include "palanquin/control/whole_body/gait_pattern.hpp"
 #include "palanquin/control/whole_body/robot_model.hpp"
 #include "palanquin/control/whole_body/robot_target.hpp"
 #include "palanquin/control/whole_body/swing.hpp"
@@ -14,7 +14,8 @@ namespace palanquin {
 
 struct RobotControlSettings {
   WholeBodySettings whole_body;
-  GaitPattern gait;  ///< of all feet, or without entries: it stands
+  planning::Gait gait;    ///< of all feet, or without entries: it stands
+  double gait_start = 0;  ///< when its cycle begins; before, all feet stand, s
   ContactSettings contact;
   double friction = 0.6;          ///< mu of the pyramids
   double least_force = 0;         ///< along the normal, of feet that stand as they are due to, N
@@ -47,6 +48,10 @@ class RobotController {
   void update(double time, double dt, const RobotState& measured, const Eigen::Matrix3Xd& forces,
               const RobotTarget& target);
 
+  /// Plans a change of gait, see GaitClock, and returns when it happens (s). Throws
+  /// std::invalid_argument for a bad gait, or one of other feet.
+  double change_gait(const planning::Gait& gait, double time, bool at_once = false);
+
   /// What in a target doesn't fit the robot, in words; empty if nothing.
   std::string explain_misfit(const RobotTarget& target) const;
 
@@ -55,6 +60,7 @@ class RobotController {
   const RobotModel& model() const { return model_; }
   int feet() const { return static_cast<int>(model_.feet().size()); }
   int hands() const { return static_cast<int>(model_.hands().size()); }
+  const planning::GaitClock& clock() const { return clock_; }
   LegPhase phase(int foot) const { return monitor(foot).phase(); }
   const Eigen::Matrix3Xd& footholds() const { return footholds_; }  ///< standing or aimed at, m
   double ground_height() const { return ground_; }  ///< where the feet last stood, mean, m
@@ -90,6 +96,7 @@ class RobotController {
   RobotModel model_;
   WholeBodyController controller_;
   Eigen::Matrix3Xd hips_;
+  planning::GaitClock clock_;
   std::vector<ContactMonitor> monitors_;
   std::vector<double> changed_at_;  ///< when the foot's phase last did, s
   Eigen::Matrix3Xd lift_off_, footholds_, standing_;

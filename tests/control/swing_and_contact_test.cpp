@@ -3,61 +3,10 @@
 #include <cmath>
 
 #include "palanquin/control/whole_body/contact_monitor.hpp"
-#include "palanquin/control/whole_body/gait_pattern.hpp"
 #include "palanquin/control/whole_body/swing.hpp"
 
 namespace palanquin {
 namespace {
-
-GaitPattern trot() {
-  GaitPattern gait;
-  gait.duty.assign(4, 0.5);
-  gait.offset = {0, 0.5, 0.5, 0};
-  return gait;
-}
-
-TEST(GaitPattern, TrotsInDiagonalPairsAfterItsStart) {
-  GaitPattern gait = trot();
-  gait.start = 0.5;
-  for (int foot = 0; foot < 4; ++foot) EXPECT_TRUE(gait.stands(foot, 0.49));
-  for (int cycle = 0; cycle < 5000; ++cycle) {  // rounding must not move an event
-    const double start = 0.5 + 0.4 * cycle;
-    for (const double into : {0.0, 0.1, 0.199}) {
-      EXPECT_TRUE(gait.stands(0, start + into));
-      EXPECT_TRUE(gait.stands(3, start + into));
-      EXPECT_FALSE(gait.stands(1, start + into));
-      EXPECT_FALSE(gait.stands(2, start + into));
-      EXPECT_NEAR(gait.swing_progress(1, start + into), into / 0.2, 1e-4);
-      EXPECT_FALSE(gait.stands(0, start + 0.2 + into));
-      EXPECT_TRUE(gait.stands(1, start + 0.2 + into));
-    }
-  }
-}
-
-TEST(GaitPattern, ExplainsWhatIsWrong) {
-  GaitPattern gait;
-  EXPECT_EQ(gait.explain_invalid(), "");
-  gait.period = 0;
-  EXPECT_NE(gait.explain_invalid().find("period is 0"), std::string::npos);
-  gait = trot();
-  gait.duty[2] = 1.5;
-  EXPECT_NE(gait.explain_invalid().find("duty[2] is 1.5"), std::string::npos);
-  gait = trot();
-  gait.offset.pop_back();
-  EXPECT_EQ(gait.explain_invalid(), "number of offsets is 3, but must be 4, as that of duties");
-}
-
-TEST(GaitPattern, IsOfAnyNumberOfFeet) {
-  GaitPattern gait = {.duty = {0.6, 0.6, 0.6}, .offset = {0, 1.0 / 3, 2.0 / 3}};
-  for (int i = 0; i < 40; ++i) {
-    int standing = 0;
-    for (int foot = 0; foot < 3; ++foot) standing += gait.stands(foot, 0.01 * i);
-    EXPECT_GE(standing, 1);
-    EXPECT_LE(standing, 2);
-  }
-  for (const int foot : {-1, 3}) EXPECT_THROW(gait.stands(foot, 0.0), std::out_of_range);
-  EXPECT_TRUE(GaitPattern().stands(7, 0.3)) << "without entries all feet stand";
-}
 
 TEST(Swing, StartsAndEndsAtRestOnItsFootholds) {
   const Vector3 from(0.1, -0.2, 0.02), to(0.3, -0.15, 0.07);
