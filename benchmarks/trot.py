@@ -15,7 +15,7 @@ from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import VELOCITY, Velocity
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 
 PERIOD = 1 / 30  # s between two plans, and between two knots
 COMMAND = Velocity(0.4)
@@ -82,10 +82,8 @@ class ClosedLoop:
         planner, state = self.planner, disturbed(self.state, self.random)
         plan = planner.solve(self.ticks * PERIOD, state, COMMAND)
         self.ticks += 1
-        now = TeamState(state.bodies, landed_feet(plan, state.feet))
-        bodies = nominal_step(planner, plan, now, PERIOD)
-        self.state = TeamState(bodies, feet_after(planner, plan, now.feet, self.ticks * PERIOD))
-        return plan, self._incurred_cost(plan, now, bodies)
+        now, self.state = follow(planner, plan, state, PERIOD)
+        return plan, self._incurred_cost(plan, now, self.state.bodies)
 
     def _incurred_cost(self, plan: TeamPlan, now: TeamState, bodies: np.ndarray) -> float:
         """Of one period, penalties included.

@@ -12,9 +12,8 @@ from palanquin.benchmarks.horizon import horizon_variants
 from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.plots import plot_rate_over_horizon
 from palanquin.benchmarks.rows import quantiles
-from palanquin.problems.clm.team_plan import TeamState
 from palanquin.sim.runs.loop import number_of_ticks
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 
@@ -80,11 +79,7 @@ def feedback_times(scenario: Scenario, ticks: int) -> list[float]:
         planner.prepare(time, state, command)
         plan = planner.feedback(state)
         times.append(plan.solve_ms)
-        state = TeamState(state.bodies, landed_feet(plan, state.feet))
-        state = TeamState(
-            nominal_step(planner, plan, state, period),
-            feet_after(planner, plan, state.feet, time + period),
-        )
+        _, state = follow(planner, plan, state, period)
     return times
 
 

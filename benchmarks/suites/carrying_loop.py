@@ -17,7 +17,7 @@ from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import VELOCITY, Velocity
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
 from palanquin.problems.collection.contacts import Carrying
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 
 PERIOD = 1 / 30
 
@@ -74,13 +74,10 @@ class CarryingLoop:
             spent, worst = cost(knot, planner.params.values[0])
             result.cost += float(spent)
             result.violation = max(result.violation, float(worst))
-            now = TeamState(state.bodies, landed_feet(plan, state.feet))
-            bodies = nominal_step(planner, plan, now, PERIOD)
-            if not np.isfinite(bodies).all():
+            _, predicted = follow(planner, plan, state, PERIOD)
+            if not np.isfinite(predicted.bodies).all():
                 result.cost = np.inf
                 break
-            feet = feet_after(planner, plan, now.feet, time + PERIOD)
-            predicted = TeamState(bodies, feet)
             state = (
                 self._pushed(predicted, random)
                 if tick % self.every == self.every - 1

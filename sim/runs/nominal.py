@@ -77,6 +77,17 @@ class NominalPlant:
         return {}
 
 
+def follow(
+    planner: Planner, plan: TeamPlan, state: TeamState, period: float
+) -> tuple[TeamState, TeamState]:
+    """A measured `state` with the feet that its `plan` puts down, and what becomes of it within a
+    `period` (s) of nobody's pushing: a loop's tick, for who measures, disturbs and counts himself.
+    """
+    now = TeamState(state.bodies, landed_feet(plan, state.feet))
+    bodies = nominal_step(planner, plan, now, period)
+    return now, TeamState(bodies, feet_after(planner, plan, now.feet, plan.time + period))
+
+
 def landed_feet(plan: TeamPlan, feet: np.ndarray) -> np.ndarray:
     """Where the feet are during the period: the plan's first knot, which keeps standing feet."""
     planned = plan.feet[0]

@@ -6,7 +6,7 @@ import pytest
 from palanquin.errors import ProblemError
 from palanquin.problems import clm
 from palanquin.problems import modules as m
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 from palanquin.sim.scenarios.ditches import RandomDitches
 
 LINES = np.array([[1.0, 0.2, -0.3, 0.4], [0.1, -2.0, 0.5, 0.3]])
@@ -53,11 +53,8 @@ def test_a_pair_of_robots_crosses_wide_ditches(team):
     end = -lines[-1, 2] + lines[-1, 3] / 2
     for tick in range(250):
         plan = planner.solve(tick / 30, state, command)
-        feet = landed_feet(plan, state.feet)
-        standing = feet[plan.contacts[0]]
+        now, state = follow(planner, plan, state, 1 / 30)
+        standing = now.feet[plan.contacts[0]]
         depth = lines[:, 3] / 2 - np.abs(standing[:, :2] @ lines[:, :2].T + lines[:, 2])
         assert depth.max() < 1e-3
-        now = clm.TeamState(state.bodies, feet)
-        bodies = nominal_step(planner, plan, now, 1 / 30)
-        state = clm.TeamState(bodies, feet_after(planner, plan, feet, (tick + 1) / 30))
     assert state.feet[..., 0].min() > end

@@ -7,7 +7,7 @@ from palanquin.errors import ProblemError
 from palanquin.problems import clm
 from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas, nearest_in_polygons
 from palanquin.problems.foothold_courses import stairs, stepping_stones, walkway
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 
 RANDOM = np.random.default_rng(0)
 PENTAGON = np.array([[0.0, 0.0], [1.0, -0.2], [1.5, 0.6], [0.7, 1.1], [-0.1, 0.8]])
@@ -141,13 +141,10 @@ def test_feet_keep_to_the_areas(team_abreast, course, candidates):
     planner.settle(0.0, state, command)
     for tick in range(120):
         plan = planner.solve(tick / 30, state, command)
-        feet = landed_feet(plan, state.feet)
-        for foot in feet[plan.contacts[0]]:
+        now, state = follow(planner, plan, state, 1 / 30)
+        for foot in now.feet[plan.contacts[0]]:
             assert exact_distances(terrain, foot[:2]).min() < 1e-3
             assert foot[2] == pytest.approx(terrain.height(*foot[:2]), abs=1e-9)
-        now = clm.TeamState(state.bodies, feet)
-        bodies = nominal_step(planner, plan, now, 1 / 30)
-        state = clm.TeamState(bodies, feet_after(planner, plan, feet, (tick + 1) / 30))
     assert state.bodies[0, 0] > 1.5
     error = np.linalg.norm(state.bodies[0, :3] - plan.references.bodies[1, 0, :3])
     assert error < 0.02

@@ -17,7 +17,7 @@ from palanquin.problems.modules.obstacles import (
 )
 from palanquin.problems.modules.volumes import Capsule, Prism, distance_from_capsule
 from palanquin.problems.robots import LAIKAGO, quadruped
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 
 RANDOM = np.random.default_rng(0)
 BEAM = (0.08, 2.0, 0.08)
@@ -176,10 +176,7 @@ def test_a_team_told_to_walk_into_a_wall_stops_before_it(team_abreast):
     for tick in range(120):
         plan = planner.solve(tick / 30, state, clm.Velocity(0.3 if tick < 80 else 0.0))
         assert plan.plan.is_usable
-        feet = landed_feet(plan, state.feet)
-        now = clm.TeamState(state.bodies, feet)
-        bodies = nominal_step(planner, plan, now, 1 / 30)
-        state = clm.TeamState(bodies, feet_after(planner, plan, feet, (tick + 1) / 30))
+        _, state = follow(planner, plan, state, 1 / 30)
         assert state.bodies[0, 0] + beam_volume(BEAM)[6] < 0.8
     assert planner.reference[0] > 0.78
     assert state.bodies[0, 0] > 0.6

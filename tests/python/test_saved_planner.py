@@ -12,7 +12,7 @@ from palanquin.problems import clm, terrains
 from palanquin.problems.foothold_courses import stepping_stones
 from palanquin.problems.height_map import HeightMap
 from palanquin.settings import configure
-from palanquin.sim.runs.nominal import feet_after, landed_feet, nominal_step
+from palanquin.sim.runs.nominal import follow
 
 PERIOD = 1 / 90
 COMMAND = clm.Velocity(0.4, 0.05, 0.1)
@@ -38,9 +38,7 @@ def closed_loop(planner, ticks=30):
         record.append([time, 0.4, 0.05, 0.1, *state.bodies.ravel(), *state.feet.ravel()])
         plan = planner.solve(time, state, COMMAND)
         plans.append(plan.plan.xs)
-        feet = landed_feet(plan, state.feet)
-        bodies = nominal_step(planner, plan, clm.TeamState(state.bodies, feet), PERIOD)
-        state = clm.TeamState(bodies, feet_after(planner, plan, feet, time + PERIOD))
+        _, state = follow(planner, plan, state, PERIOD)
     return np.array(record), np.concatenate(plans)
 
 
