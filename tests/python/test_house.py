@@ -178,11 +178,6 @@ def test_a_file_has_one_concept():
         assert lines <= LONG_FILES.get(path, LONGEST_FILE), f"{path}: {lines} lines"
 
 
-# Commands that were longer when this rule came.
-LONG_COMMANDS = {"solve": 76, "suites": 55, "loops": 46, "check": 46,
-                 "holonomic": 42, "clm": 42, "qps": 41}  # fmt: skip
-
-
 def functions():
     """Of the command line: path, name and length."""
     for path, text in sources(".py").items():
@@ -195,7 +190,7 @@ def functions():
 
 def test_a_command_is_short():
     for path, name, length in functions():
-        assert length <= LONG_COMMANDS.get(name, LONGEST_COMMAND), f"{path}: {name} has {length}"
+        assert length <= LONGEST_COMMAND, f"{path}: {name} has {length}"
 
 
 STEPS = re.findall(r"(?m)^\d+\. (?:[^\n]|\n(?!\d))*?`(\w+)` in\s+`([^`]+)`", ARCHITECTURE)

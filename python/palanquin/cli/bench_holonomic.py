@@ -10,20 +10,17 @@ from rich.table import Table
 
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 
+Samples = Annotated[int, typer.Option(min=10, max=1_000_000, help="Plans of each planner.")]
+Problems = Annotated[int, typer.Option(min=1, max=10_000, help="QPs that each other solver gets.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
+Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
+
 
 def holonomic(
-    samples: Annotated[
-        int, typer.Option(min=10, max=1_000_000, help="Plans of each planner.")
-    ] = 2000,
-    problems: Annotated[
-        int, typer.Option(min=1, max=10_000, help="QPs that each other solver gets.")
-    ] = 20,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-    ] = False,
+    samples: Samples = 2000,
+    problems: Problems = 20,
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """Two robots on a bar: centralized, distributed and nominal planner, and other QP solvers.
 

@@ -13,29 +13,29 @@ from palanquin.cli.console import check_writable, err, out, reported_errors, wri
 from palanquin.errors import ProblemError
 from palanquin.schema import LAST_SEED
 
+Problems = Annotated[
+    str, typer.Option(metavar="NAME,...", help="Such as pendulum,carrying; all unless told.")
+]
+Controllers = Annotated[str, typer.Option(metavar="NAME,...", help="Such as one; all unless told.")]
+Steps = Annotated[
+    int, typer.Option(min=0, max=1_000_000, help="Periods of each loop; its own unless told.")
+]
+Repetitions = Annotated[
+    int, typer.Option(min=1, max=100, help="Of each loop; a period's least time counts.")
+]
+Seed = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
+Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
+
 
 def loops(
-    problems: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Such as pendulum,carrying; all unless told.")
-    ] = "",
-    controllers: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Such as one; all unless told.")
-    ] = "",
-    steps: Annotated[
-        int, typer.Option(min=0, max=1_000_000, help="Periods of each loop; its own unless told.")
-    ] = 0,
-    repetitions: Annotated[
-        int, typer.Option(min=1, max=100, help="Of each loop; a period's least time counts.")
-    ] = 1,
-    seed: Annotated[
-        int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")
-    ] = 0,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-    ] = False,
+    problems: Problems = "",
+    controllers: Controllers = "",
+    steps: Steps = 0,
+    repetitions: Repetitions = 1,
+    seed: Seed = 0,
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """Closed loops with one SQP iteration a period, in one phase and in two.
 

@@ -10,23 +10,25 @@ import typer
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 from palanquin.errors import ProblemError
 
+Folder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", help="Of .npz, .mat or acados' .json files.")
+]
+Solvers = Annotated[
+    str, typer.Option(metavar="NAME,...", help="Such as structured,piqp; all unless told.")
+]
+Repetitions = Annotated[
+    int, typer.Option(min=1, max=10_000, help="Solves of each QP; the median counts.")
+]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
+Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
+
 
 def qps(
-    folder: Annotated[
-        Path, typer.Argument(metavar="FOLDER", help="Of .npz, .mat or acados' .json files.")
-    ],
-    solvers: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Such as structured,piqp; all unless told.")
-    ] = "",
-    repetitions: Annotated[
-        int, typer.Option(min=1, max=10_000, help="Solves of each QP; the median counts.")
-    ] = 5,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-    ] = False,
+    folder: Folder,
+    solvers: Solvers = "",
+    repetitions: Repetitions = 5,
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """QPs of the public benchmarks, or your own, each from cold.
 

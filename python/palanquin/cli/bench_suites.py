@@ -17,32 +17,31 @@ from palanquin.cli.console import (
 )
 from palanquin.errors import ProblemError
 
+Problems = Annotated[
+    str, typer.Option(metavar="NAME,...", help="Of the collection; all unless told.")
+]
+Solvers = Annotated[
+    str, typer.Option(metavar="NAME;...", help='Such as "structured; osqp, exact".')
+]
+Random = Annotated[int, typer.Option(min=0, max=1000, help="Random starts besides rest and line.")]
+References = Annotated[
+    bool, typer.Option("--references", help="Make the reference optima anew by Ipopt first.")
+]
+Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For pictures and rows.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Keep rows that --out already holds.")]
+JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
+Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
+
 
 def suites(
-    problems: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Of the collection; all unless told.")
-    ] = "",
-    solvers: Annotated[
-        str, typer.Option(metavar="NAME;...", help='Such as "structured; osqp, exact".')
-    ] = "",
-    random: Annotated[
-        int, typer.Option(min=0, max=1000, help="Random starts besides rest and line.")
-    ] = 1,
-    references: Annotated[
-        bool, typer.Option("--references", help="Make the reference optima anew by Ipopt first.")
-    ] = False,
-    folder: Annotated[
-        Path, typer.Option("--out", metavar="FOLDER", help="For pictures and rows.")
-    ] = Path("out/bench-suites"),
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Keep rows that --out already holds.")
-    ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-    ] = False,
+    problems: Problems = "",
+    solvers: Solvers = "",
+    random: Random = 1,
+    references: References = False,
+    folder: Folder = Path("out/bench-suites"),
+    resume: Resume = False,
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """Over 25 optimal control problems from rest, a straight line and random guesses.
 

@@ -17,26 +17,32 @@ from palanquin.cli.console import (
 )
 from palanquin.schema import LAST_SEED
 
+Problem = Annotated[
+    str,
+    typer.Argument(
+        metavar="PROBLEM",
+        help="A case (JSON), a dump, the folder of a saved problem, a scenario or its file, a "
+        "problem of the collection, or FILE.py:NAME for a Problem of your own, or a function "
+        "that makes one.",
+    ),
+]
+Points = Annotated[
+    int, typer.Option(min=0, max=100, help="Random points besides the start's knots.")
+]
+Seed = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of those.")]
+Quick = Annotated[
+    bool,
+    typer.Option("--quick", help="Only what the SQP uses; not exact Hessians, nor Ipopt's."),
+]
+File = Annotated[Path | None, typer.Option("--json", help="File for the findings.")]
+
 
 def check(
-    problem: Annotated[
-        str,
-        typer.Argument(
-            metavar="PROBLEM",
-            help="A case (JSON), a dump, the folder of a saved problem, a scenario or its file, a "
-            "problem of the collection, or FILE.py:NAME for a Problem of your own, or a function "
-            "that makes one.",
-        ),
-    ],
-    points: Annotated[
-        int, typer.Option(min=0, max=100, help="Random points besides the start's knots.")
-    ] = 2,
-    seed: Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of those.")] = 0,
-    quick: Annotated[
-        bool,
-        typer.Option("--quick", help="Only what the SQP uses; not exact Hessians, nor Ipopt's."),
-    ] = False,
-    file: Annotated[Path | None, typer.Option("--json", help="File for the findings.")] = None,
+    problem: Problem,
+    points: Points = 2,
+    seed: Seed = 0,
+    quick: Quick = False,
+    file: File = None,
 ) -> None:
     """Holds every derivative of a problem against finite differences, and reports rank, curvature,
     scaling and what is not finite, at the knots that it would be solved from.

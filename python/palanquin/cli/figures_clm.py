@@ -31,19 +31,20 @@ if TYPE_CHECKING:
     from palanquin.benchmarks.clm_paper.reproduction import Progress as Report
 
 
+Seeds = Annotated[
+    int | None,
+    typer.Option(min=1, max=10_000, help="Runs of each experiment.", show_default="20, quick 2"),
+]
+Quick = Annotated[
+    bool, typer.Option("--quick", help="About two minutes: few seeds, steps and cases.")
+]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Run again what the folder already holds.")]
+
+
 def clm(
-    seeds: Annotated[
-        int | None,
-        typer.Option(
-            min=1, max=10_000, help="Runs of each experiment.", show_default="20, quick 2"
-        ),
-    ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="About two minutes: few seeds, steps and cases.")
-    ] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Run again what the folder already holds.")
-    ] = False,
+    seeds: Seeds = None,
+    quick: Quick = False,
+    fresh: Fresh = False,
     folder: Folder = Path("out/figures-clm"),
     json_file: JsonFile = None,
     headless: Headless = False,

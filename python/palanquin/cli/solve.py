@@ -29,40 +29,49 @@ class Solver(StrEnum):
     IPOPT = "ipopt"
 
 
+Case = Annotated[
+    Path,
+    typer.Argument(metavar="FILE", help="One problem instance: a case (JSON), or a dump."),
+]
+SolverOption = Annotated[
+    Solver | None,
+    typer.Option(
+        help="One SQP iteration, SQP to convergence, or Ipopt.  [default: sqp, or the dump's]",
+        show_default=False,
+    ),
+]
+Qp = Annotated[str | None, typer.Option(help="Back end of the SQP's subproblem.")]
+Iterations = Annotated[int | None, typer.Option(min=1, max=1_000_000, help="Iteration limit.")]
+Penalty = Annotated[
+    bool, typer.Option("--penalty", help="Ipopt with penalties; the SQP always has them.")
+]
+Starts = Annotated[
+    int, typer.Option(min=1, max=1000, help="Foothold choices to try where ditches leave some.")
+]
+File = Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Explain the plan also where it is solved.")
+]
+Dump = Annotated[
+    Path | None,
+    typer.Option(
+        "--dump-on-failure",
+        metavar="FILE",
+        help="Where to write a solve that failed, as one file to be solved elsewhere.",
+    ),
+]
+
+
 def solve(
-    case: Annotated[
-        Path,
-        typer.Argument(metavar="FILE", help="One problem instance: a case (JSON), or a dump."),
-    ],
-    solver: Annotated[
-        Solver | None,
-        typer.Option(
-            help="One SQP iteration, SQP to convergence, or Ipopt.  [default: sqp, or the dump's]",
-            show_default=False,
-        ),
-    ] = None,
-    qp: Annotated[str | None, typer.Option(help="Back end of the SQP's subproblem.")] = None,
-    iterations: Annotated[
-        int | None, typer.Option(min=1, max=1_000_000, help="Iteration limit.")
-    ] = None,
-    penalty: Annotated[
-        bool, typer.Option("--penalty", help="Ipopt with penalties; the SQP always has them.")
-    ] = False,
-    starts: Annotated[
-        int, typer.Option(min=1, max=1000, help="Foothold choices to try where ditches leave some.")
-    ] = 16,
-    file: Annotated[Path | None, typer.Option("--out", help="JSON file for the result.")] = None,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Explain the plan also where it is solved.")
-    ] = False,
-    dump: Annotated[
-        Path | None,
-        typer.Option(
-            "--dump-on-failure",
-            metavar="FILE",
-            help="Where to write a solve that failed, as one file to be solved elsewhere.",
-        ),
-    ] = None,
+    case: Case,
+    solver: SolverOption = None,
+    qp: Qp = None,
+    iterations: Iterations = None,
+    penalty: Penalty = False,
+    starts: Starts = 16,
+    file: File = None,
+    explain: Explain = False,
+    dump: Dump = None,
 ) -> None:
     """Solves one problem instance and says why the solver stopped.
 
@@ -71,8 +80,6 @@ def solve(
     from palanquin.cli.solve_dump import solve_dump
     from palanquin.dump import is_dump
     from palanquin.problems.case_files import read_case
-    from palanquin.problems.clm import parse_case
-    from palanquin.problems.clm.solve import CaseResult, solve_case
     from palanquin.problems.layered.case import is_layered
 
     with reported_errors():
@@ -83,21 +90,30 @@ def solve(
             solve_dump(case, method, qp, iterations, penalty, file, explain)
             return
         data = read_case(case)
-        if is_layered(data):
-            if dump is not None:
-                raise ValueError("--dump-on-failure does not take robots on bars")
-            _solve_layered(case, data, qp, file)
+        if not is_layered(data):
+            options = ((solver or Solver.SQP).value, qp, iterations, penalty, starts)
+            _solve_team(case, data, options, file, explain, dump)
             return
-        problem = parse_case(data, str(case))
-        show_progress_of_lowering()
-        result: CaseResult = solve_case(
-            problem, (solver or Solver.SQP).value, qp, iterations, penalty, starts
-        )
-        figures = result.to_json()
-        write_json("--out", file, figures)
-        if dump is not None and not result.solved:
-            with writing("--dump-on-failure", dump):
-                result.plan.dump(dump)
+        if dump is not None:
+            raise ValueError("--dump-on-failure does not take robots on bars")
+        _solve_layered(case, data, qp, file)
+
+
+def _solve_team(
+    case: Path, data: Any, options: Any, file: Path | None, explain: bool, dump: Path | None
+) -> None:
+    """One instant of a team with its payload; `options` are those of `solve_case`."""
+    from palanquin.problems.clm import parse_case
+    from palanquin.problems.clm.solve import CaseResult, solve_case
+
+    problem = parse_case(data, str(case))
+    show_progress_of_lowering()
+    result: CaseResult = solve_case(problem, *options)
+    figures = result.to_json()
+    write_json("--out", file, figures)
+    if dump is not None and not result.solved:
+        with writing("--dump-on-failure", dump):
+            result.plan.dump(dump)
     out.print(summary(case.stem, figures))
     if explain and result.solved:
         out.print(result.plan.explain(), markup=False, highlight=False, soft_wrap=True)
