@@ -6,8 +6,9 @@
 namespace palanquin {
 
 namespace {
-constexpr int kNoSource = -1;  // a destination that no term reaches
-constexpr int kSum = -2;       // one that needs more than a copy
+constexpr int kNoSource = -1;     // a destination that no term reaches
+constexpr int kSum = -2;          // one that needs more than a copy
+constexpr std::size_t kLong = 4;  // values a run, on average, from which runs are worth it
 }  // namespace
 
 void Gather::separate_copies(int size, int stride) {
@@ -29,11 +30,24 @@ void Gather::separate_copies(int size, int stride) {
     const int from = source[static_cast<std::size_t>(i)];
     if (from < 0) cleared.push_back(i);
     sources.push_back(std::max(from, 0) * stride);
+    if (from < 0 || stride != 1) continue;
+    const bool goes_on = !runs.empty() && runs.back().destination + runs.back().size == i &&
+                         runs.back().source + runs.back().size == from;
+    if (goes_on)
+      ++runs.back().size;
+    else
+      runs.push_back({i, from, 1});
   }
+  if (runs.size() * kLong > sources.size()) runs.clear();
 }
 
 void Gather::write(const double* source, const double* slopes, double* destination) const {
-  for (std::size_t i = 0; i < sources.size(); ++i) destination[i] = source[sources[i]];
+  for (const Run& run : runs)
+    std::copy_n(source + run.source, run.size, destination + run.destination);
+  const std::size_t size = runs.empty() ? sources.size() : 0;
+  const int* from = sources.data();
+#pragma GCC unroll 8
+  for (std::size_t i = 0; i < size; ++i) destination[i] = source[from[i]];
   for (int i : cleared) destination[i] = 0.0;
   add(source, slopes, destination);
 }

@@ -191,6 +191,7 @@ QpStatus StructuredQpSolver::feedback(const Eigen::VectorXd& initial_state,
   if (structured::roll_out(work, qp, initial_state))
     status = work.has_equality_rows ? structured::refine_equality_rows(work, qp) : QpStatus::Solved;
   work.is_solved = is_usable(status);
+  work.has_multipliers = work.has_equality_rows;
   if (work.is_solved) structured::unpack(work, solution);
   if (status == QpStatus::NonFinite) work.clear();
   solve_ms_ = stopwatch.lap_ms();
@@ -201,7 +202,8 @@ void StructuredQpSolver::find_dynamics_multipliers(StageQpSolution& solution) {
   Workspace& work = *workspace_;
   if (work.factorized == nullptr || !work.is_solved) return;
   check_solution(*work.factorized, solution);
-  if (!work.has_equality_rows) structured::find_multipliers(work, *work.factorized);
+  if (!work.has_multipliers) structured::find_multipliers(work, *work.factorized);
+  work.has_multipliers = true;
   for (std::size_t k = 0; k < work.knots.size(); ++k)
     std::copy_n(work.knots[k].multiplier, work.knots[k].plan->nx,
                 solution.dynamics_multiplier[k].data());

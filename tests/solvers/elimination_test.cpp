@@ -159,6 +159,17 @@ TEST_F(Elimination, KnowsTheGainOfWhatWasGiven) {
   }
 }
 
+TEST_F(Elimination, FindsMultipliersOfItsOwnSolution) {
+  const StageQp qp = with_rates(8, 2.0);
+  expect_solved(qp);
+  const std::vector<Eigen::VectorXd> w = solution_.w;
+  for (Eigen::VectorXd& moved : solution_.w) moved.setConstant(3.0);
+  for (Eigen::VectorXd& mu : solution_.equality_multiplier) mu.setZero();
+  solver_->find_dynamics_multipliers(solution_);
+  solution_.w = w;
+  EXPECT_LE(kkt_residual(qp, model_, solution_).max(), 1e3 * kTolerance);
+}
+
 TEST_F(Elimination, AllocatesNothingOnceThePatternIsKnown) {
   const StageQp qp = with_rates(6, 1.0);
   expect_solved(qp);

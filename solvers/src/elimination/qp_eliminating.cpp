@@ -55,9 +55,14 @@ class EliminatingQpSolver final : public QpSolver {
   void find_dynamics_multipliers(StageQpSolution& solution) override {
     if (!is_reduced_) return solver_->find_dynamics_multipliers(solution);
     solver_->find_dynamics_multipliers(point_);
-    for (std::size_t k = 0; k < solution.dynamics_multiplier.size(); ++k)
-      solution.dynamics_multiplier[k] = point_.dynamics_multiplier[k];
-    eliminated_.find_multipliers(model_, solution);
+    // What the caller has may have moved on from the last solution.
+    whole_ = solution;
+    eliminated_.extend(point_, whole_);
+    eliminated_.find_multipliers(model_, whole_);
+    for (std::size_t k = 0; k < whole_.w.size(); ++k) {
+      solution.dynamics_multiplier[k] = whole_.dynamics_multiplier[k];
+      solution.equality_multiplier[k] = whole_.equality_multiplier[k];
+    }
   }
   bool feedback_gain(Eigen::Ref<Eigen::MatrixXd> gain, std::vector<double>& work) const override {
     if (!is_reduced_) return solver_->feedback_gain(gain, work);
@@ -97,7 +102,7 @@ class EliminatingQpSolver final : public QpSolver {
 
   std::unique_ptr<QpSolver> solver_;
   EliminatedQp eliminated_;
-  StageQpSolution point_, least_violation_;
+  StageQpSolution point_, whole_, least_violation_;
   PenaltyModel model_;  ///< of the last solution, for the multipliers of the rows that went
   mutable Eigen::MatrixXd reduced_gain_;
   double taking_ms_ = 0.0;

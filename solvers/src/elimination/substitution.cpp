@@ -14,9 +14,11 @@ bool has_entries(const SparseBlock& block, int column) {
   return column < block.cols && block.column_start[column] < block.column_start[column + 1];
 }
 
-/// y += the columns of `block` where `shift` is not zero
-void add_shifted(const SparseBlock& block, const Eigen::VectorXd& shift, Eigen::VectorXd& y) {
-  if (y.size() > 0) block.multiply_add(shift.data(), y.data());
+/// y += column of `block` * scale
+void add_column(const SparseBlock& block, int column, double scale, Eigen::VectorXd& y) {
+  if (y.size() == 0) return;
+  for (int e = block.column_start[column]; e < block.column_start[column + 1]; ++e)
+    y[block.row_index[e]] += block.values[e] * scale;
 }
 
 }  // namespace
@@ -28,6 +30,7 @@ Substitution::Substitution(const QpStage& stage, const std::vector<char>& refuse
     if (!refused[index(i)] && row_entries_[index(i)].size() <= 1 + kMostOthers) give(stage, i);
   if (given_.empty()) return;
   number_columns(stage);
+  list_curvatures(stage.hessian);
   shape(stage, pattern_);
 }
 
@@ -66,8 +69,11 @@ void Substitution::give(const QpStage& stage, int row) {
     return;
   const int column = columns[best];
   given_by_[index(column)] = static_cast<int>(given_.size());
-  given_.push_back({row, column, entries[best], static_cast<int>(slope_entry_.size()),
-                    static_cast<int>(entries.size()) - 1});
+  given_.push_back({.row = row,
+                    .column = column,
+                    .pivot = entries[best],
+                    .first = static_cast<int>(slope_entry_.size()),
+                    .size = static_cast<int>(entries.size()) - 1});
   for (std::size_t n = 0; n < entries.size(); ++n) {
     if (n == best) continue;
     slope_entry_.push_back(entries[n]);
@@ -104,6 +110,27 @@ void Substitution::number_columns(const QpStage& stage) {
     start_.push_back(static_cast<int>(parts_.size()));
   }
   parts_.push_back({-1, -1});  // so that begin() of an empty last column is a valid address
+}
+
+/// The columns of H that belong to what is given, out of its lower triangle.
+void Substitution::list_curvatures(const SparseBlock& hessian) {
+  std::vector<std::vector<int>> rows(given_.size()), entries(given_.size());
+  const auto add = [&](int column, int row, int entry) {
+    if (given_by_[index(column)] < 0) return;
+    rows[index(given_by_[index(column)])].push_back(row);
+    entries[index(given_by_[index(column)])].push_back(entry);
+  };
+  for (int j = 0; j < hessian.cols; ++j)
+    for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
+      add(j, hessian.row_index[e], e);
+      if (hessian.row_index[e] != j) add(hessian.row_index[e], j, e);
+    }
+  for (std::size_t n = 0; n < given_.size(); ++n) {
+    given_[n].first_curvature = static_cast<int>(curvature_row_.size());
+    given_[n].curvatures = static_cast<int>(rows[n].size());
+    curvature_row_.insert(curvature_row_.end(), rows[n].begin(), rows[n].end());
+    curvature_entry_.insert(curvature_entry_.end(), entries[n].begin(), entries[n].end());
+  }
 }
 
 Substitution::Values Substitution::make_values() const {
@@ -205,16 +232,23 @@ void Substitution::write(const QpStage& stage, Values& values, QpStage& reduced)
   reduced.inequality_value = stage.inequality_value;
   values.gradient = stage.gradient;
   values.equality_values = stage.equality_value;
-  if (values.is_shifted) {
-    values.penalty_shift.setZero(stage.penalty_value.size());
-    add_shifted(stage.penalty_jacobian, values.shift, values.penalty_shift);
-    reduced.penalty_value += values.penalty_shift;
-    stage.hessian.multiply_symmetric_add(values.shift.data(), values.gradient.data());
-    add_shifted(stage.dynamics, values.shift, reduced.offset);
-    add_shifted(stage.inequality_jacobian, values.shift, reduced.inequality_value);
-  }
+  if (values.is_shifted) shift(stage, values, reduced);
   gradient_.write(values.gradient.data(), values.slopes.data(), reduced.gradient.data());
   restrict_multipliers(values.equality_values, reduced.equality_value);
+}
+
+void Substitution::shift(const QpStage& stage, Values& values, QpStage& reduced) const {
+  values.penalty_shift.setZero(stage.penalty_value.size());
+  for (const Given& g : given_) {
+    const double t = values.shift[g.column];
+    for (int n = g.first_curvature; n < g.first_curvature + g.curvatures; ++n)
+      values.gradient[curvature_row_[index(n)]] +=
+          stage.hessian.values[index(curvature_entry_[index(n)])] * t;
+    add_column(stage.penalty_jacobian, g.column, t, values.penalty_shift);
+    add_column(stage.dynamics, g.column, t, reduced.offset);
+    add_column(stage.inequality_jacobian, g.column, t, reduced.inequality_value);
+  }
+  reduced.penalty_value += values.penalty_shift;
 }
 
 void Substitution::restrict_variables(const Eigen::VectorXd& w, Eigen::VectorXd& reduced) const {

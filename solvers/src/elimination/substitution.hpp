@@ -60,14 +60,17 @@ class Substitution {
 
  private:
   struct Given {
-    int row, column, pivot;  ///< the last one an entry of C
-    int first, size;         ///< its slopes
+    int row, column, pivot;                   ///< the last one an entry of C
+    int first, size;                          ///< its slopes
+    int first_curvature = 0, curvatures = 0;  ///< its column of H
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   void list_rows(const SparseBlock& block);
   void give(const QpStage& stage, int row);
   void number_columns(const QpStage& stage);
+  void list_curvatures(const SparseBlock& hessian);
   void shape(const QpStage& stage, QpStage& reduced);
+  void shift(const QpStage& stage, Values& values, QpStage& reduced) const;
   void shape_rows(const SparseBlock& block, SparseBlock& reduced, Gather& gather) const;
 
   std::vector<std::vector<int>> row_entries_, row_columns_;  ///< of C
@@ -77,8 +80,9 @@ class Substitution {
   std::vector<int> kept_columns_, kept_rows_;
   std::vector<int> start_;  ///< [nw + 1]
   std::vector<Part> parts_;
-  std::vector<int> slope_entry_, slope_column_;  ///< of C
-  int nx_ = 0, nu_ = 0;                          ///< of the whole knot
+  std::vector<int> slope_entry_, slope_column_;       ///< of C
+  std::vector<int> curvature_row_, curvature_entry_;  ///< of H
+  int nx_ = 0, nu_ = 0;                               ///< of the whole knot
   int kept_nu_ = 0;
   Gather dynamics_, hessian_, gradient_, penalty_, inequality_, equality_;
   QpStage pattern_;

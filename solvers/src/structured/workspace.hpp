@@ -69,6 +69,7 @@ struct Workspace {
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
   bool is_solved = false;               ///< whether the knots' z are the solution with them
+  bool has_multipliers = false;         ///< whether the knots' multipliers are that solution's
   std::vector<double> model;            ///< slopes and curvatures of these factors, knot by knot
 
   /// Finds every knot's plan and gives it memory. Throws std::invalid_argument if a block does not

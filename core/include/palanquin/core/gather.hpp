@@ -18,7 +18,12 @@ struct GatherEntry {
 /// How the values of a reduced matrix follow from those of a larger one and the slopes of what is
 /// substituted. Most variables stay as they are, so most values are copied.
 struct Gather {
+  /// Neighbouring values that are copied to neighbouring places.
+  struct Run {
+    int destination, source, size;
+  };
   std::vector<int> sources;  ///< per destination: the value to copy, or 0 where none is
+  std::vector<Run> runs;     ///< the same, where runs are long; else empty
   std::vector<int> cleared;  ///< those destinations: zero plus what `entries` add
   std::vector<GatherEntry> entries;
 
