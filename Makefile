@@ -8,14 +8,14 @@ CXX_SOURCES := $(shell find core solvers control sim python/bindings cmake CMake
 	-name '*.cpp' -o -name '*.hpp' -o -name '*.cmake' -o -name '*.in' -o -name CMakeLists.txt 2>/dev/null)
 CXX_FILES := $(shell find core solvers control sim tests benchmarks python/bindings \
 	-name '*.cpp' -o -name '*.hpp' 2>/dev/null)
-FUZZ_RUNS ?= 1000
+FUZZ_RUNS ?= 2000
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(shell nproc)
 
 .DEFAULT_GOAL := help
-.PHONY: help build demo test test-cpp test-python bench format lint fuzz clean
+.PHONY: help build demo test test-cpp test-python bench format lint sanitize sanitize-threads fuzz clean
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-16s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 build: $(VENV)/.installed ## Build everything into .venv
 
@@ -28,7 +28,7 @@ test-cpp: build
 	tools/test-cpp $(BUILD) $(BIN)
 
 test-python: build
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(PYTEST_ARGUMENTS)
 
 bench: build ## Measure how the rate falls with the horizon, for each solver
 	$(BIN)/palanquin bench horizon
@@ -38,11 +38,18 @@ format: build ## Rewrite Python and C++ in the house format
 	$(BIN)/ruff check --fix-only --quiet .
 	@$(if $(CXX_FILES),$(BIN)/clang-format -i $(CXX_FILES))
 
-lint: build ## Check format, Python style and types
+lint: build ## Check format, style and types, and look for faults in C++
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	@$(if $(CXX_FILES),$(BIN)/clang-format --dry-run --Werror $(CXX_FILES))
 	tools/check-types $(BIN)
+	tools/check-cpp $(BUILD) $(BIN)
+
+sanitize: build ## Run C++ tests and extensions under address and undefined-behaviour sanitizers
+	tools/sanitize $(BIN) sanitizers
+
+sanitize-threads: build ## Run what has threads under the thread sanitizer
+	tools/sanitize $(BIN) thread-sanitizer
 
 fuzz: build ## Feed the readers of files with mutations of good ones
 	tools/fuzz $(BIN) $(FUZZ_RUNS)
