@@ -233,6 +233,26 @@ def residual_with_previous_value(p):
     p.residual("behind", p.previous(p.blocks[0].symbol))
 
 
+def row_with_previous_input(p):
+    u = p.input("w", 2)
+    p.inequality("slew", u - p.previous(u) <= 0.1)
+
+
+def weight_with_previous_input(p):
+    u = p.input("w", 1)
+    p.residual("slew", u, weight=p.previous(u))
+
+
+def terminal_row_with_previous_value(p):
+    x = p.blocks[0].symbol
+    p.equality("rest", x - p.previous(x), at="terminal")
+
+
+def dynamics_with_previous_input(p):
+    u = p.input("w", 1)
+    p.dynamics(p.state("memory", 1), lambda: p.previous(u))
+
+
 def foreign_symbol_in_cost(p):
     p.cost("strange", ca.SX.sym("wind") ** 2)
 
@@ -272,7 +292,11 @@ SPOILT = {
     terminal_row_with_input: "'end' holds at the terminal knot but uses 'w'",
     residual_with_next_value: r"'ahead' uses next\('x'\)",
     row_with_next_value: r"'ahead' uses next\('x'\)",
-    residual_with_previous_value: "running depends on x-, which is not available there",
+    residual_with_previous_value: r"'behind' uses previous\('x'\), .* state a link row$",
+    row_with_previous_input: r"'slew' uses previous\('w'\), .*, or use rate\('w'\)",
+    weight_with_previous_input: r"'slew' uses previous\('w'\)",
+    terminal_row_with_previous_value: r"'rest' uses previous\('x'\)",
+    dynamics_with_previous_input: r"'dynamics of memory' uses previous\('w'\)",
     foreign_symbol_in_cost: "running depends on wind, which is not available",
     foreign_symbol_in_dynamics: "running depends on wind",
     foreign_symbol_in_weight: "running depends on wind",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import casadi as ca
 
 from palanquin.errors import ProblemError
@@ -17,17 +19,18 @@ from palanquin.lowering.stage import (
     stage_values,
 )
 from palanquin.problem import Problem
+from palanquin.terms import Block, Expression
 
 
 def value_functions(problem: Problem) -> list[ca.Function]:
     """Functions without derivatives; together with the manifest they identify a problem."""
     k = knot_symbols(problem)
     functions = [_structure(problem, k), _chart(problem, k)]
+    _check_neighbours(problem)
     d = next_state(problem)
     functions.append(
         function(problem, "running", [k.z, k.z_next, k.p], [d, *stage_values(problem, "running")])
     )
-    _check_next(problem)
     _check_terminal(problem)
     functions.append(function(problem, "terminal", [k.z, k.p], stage_values(problem, "terminal")))
     link = stacked_rows(problem, "link", "running")
@@ -104,20 +107,42 @@ def _chart(problem: Problem, k: Knot) -> ca.Function:
     )
 
 
-def _check_next(problem: Problem) -> None:
-    """Next values belong to dynamics: costs and rows are differentiated by their own knot alone."""
+def _check_neighbours(problem: Problem) -> None:
+    """Costs and rows are differentiated by their own knot alone: next values belong to dynamics,
+    previous ones to link rows.
+    """
     terms = [(t.name, t.expression) for t in problem.costs]
-    terms += [(r.name, r.expression) for r in problem.rows]
-    following = ca.vertcat(*(b.next_symbol for b in problem.blocks))
-    if not ca.depends_on(ca.vertcat(ca.SX(0, 1), *(e for _, e in terms)), following):
-        return
+    terms += [(t.name, t.weight) for t in problem.costs if t.weight is not None]
+    rows = [(r.name, r.expression) for r in problem.rows if r.kind != "link"]
+    links = [(r.name, r.expression) for r in problem.rows if r.kind == "link"]
+    dynamics = [
+        (f"dynamics of {b.name}", problem.dynamics_of(b).expression)
+        for b in problem.blocks
+        if b.is_state
+    ]
+    for name, block in _users(terms + rows + links, problem.blocks, "next_symbol"):
+        raise ProblemError(
+            f"'{name}' uses next('{block.name}'), which only dynamics may use; state a "
+            "link row, or the cost of the next knot"
+        )
+    for name, block in _users(terms + rows + dynamics, problem.blocks, "previous_symbol"):
+        states = (
+            "" if block.is_state else f", or use rate('{block.name}') or before('{block.name}')"
+        )
+        raise ProblemError(
+            f"'{name}' uses previous('{block.name}'), which only link rows may use; "
+            f"state a link row{states}"
+        )
+
+
+def _users(
+    terms: list[tuple[str, Expression]], blocks: list[Block], symbol: str
+) -> Iterator[tuple[str, Block]]:
+    """Names of terms that depend on one of the symbols of the blocks, each with the block."""
+    every = ca.vertcat(*(getattr(b, symbol) for b in blocks))
     for name, expression in terms:
-        for block in problem.blocks:
-            if ca.depends_on(expression, block.next_symbol):
-                raise ProblemError(
-                    f"'{name}' uses next('{block.name}'), which only dynamics may use; state a "
-                    "link row, or the cost of the next knot"
-                )
+        if ca.depends_on(expression, every):
+            yield from ((name, b) for b in blocks if ca.depends_on(expression, getattr(b, symbol)))
 
 
 def _check_terminal(problem: Problem) -> None:
