@@ -134,7 +134,8 @@ Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
   result.times.solve = elapsed.count();
   result.trajectory = nlp->trajectory();
   if (result.status == Status::Infeasible)
-    result.message += "; " + describe_worst_rows(*result.model, result.inputs, result.trajectory);
+    result.message += "; " + describe_worst_rows(*result.model, result.inputs, result.trajectory,
+                                                 settings_.tolerance);
   if (result.status == Status::NonFinite) return result;
   result.multipliers = nlp->multipliers();
   result.evaluation = transcription_.evaluate(result.trajectory);

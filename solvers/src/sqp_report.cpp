@@ -71,7 +71,7 @@ double Sqp::model_cost() const {
 
 std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
   return palanquin::describe_worst_rows(transcription_->model(), transcription_->inputs(),
-                                        trajectory);
+                                        trajectory, settings_.equality_tolerance);
 }
 
 /// Hard rows over the measured state alone are no plan's fault; the message names the worst one.

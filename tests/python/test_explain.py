@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import re
 
 import casadi as ca
 import pytest
@@ -62,6 +63,24 @@ def test_rows_that_contradict_each_other_are_named():
     hard = [r for r in report.rows if r.constraint in ("one", "two")]
     assert hard
     assert all(r.knot == 4 and math.isnan(r.multiplier) and not r.robot for r in hard)
+
+
+@pytest.mark.parametrize("solver", [pq.Sqp, pq.Ipopt])
+def test_rows_that_are_met_are_not_among_the_worst(solver):
+    """Dynamics are met to rounding, and rounding is no violation."""
+    problem = pq.Problem(horizon=9, dt=0.1, name="torn")
+    x, u = problem.state("x", 3), problem.input("u", 1)
+    problem.dynamics(x, 0.7 * x + ca.vertcat(0.1 * u, ca.sin(x[0]), 0.3))
+    problem.residual("effort", u)
+    problem.equality("one", x[0] - 1, at="terminal")
+    problem.equality("two", x[0] - 2, at="terminal")
+    torn = problem.lower()
+    plan = solver(torn).solve(torn.parameters(), torn.knot())
+    assert plan.status is pq.Status.INFEASIBLE
+    assert all(value > 1e-12 for _, value in plan.worst_rows(99))
+    worst = re.findall(r"(\w+) \([^)]*\) ([-+.e\d]+)(?:, |$)", plan.message)
+    assert {name for name, _ in worst} >= {"one", "two"}
+    assert all(float(value) > 1e-9 for _, value in worst)
 
 
 def test_the_dynamics_are_rows_too():

@@ -194,7 +194,7 @@ std::vector<RowState> worst_rows(const TranscriptionModel& model, const Transcri
                                  const RowMatrix& trajectory, int count,
                                  const RowMultipliers& multipliers) {
   std::vector<Row> rows = all_rows(model, inputs, trajectory, multipliers);
-  std::erase_if(rows, [](const Row& row) { return row.violation() <= 0.0; });
+  std::erase_if(rows, [](const Row& row) { return row.violation() <= kRoundingLevel; });
   const auto kept = std::min(rows.size(), static_cast<std::size_t>(std::max(count, 0)));
   std::partial_sort(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(kept), rows.end(),
                     is_worse);
@@ -208,10 +208,13 @@ std::vector<RowState> worst_rows(const TranscriptionModel& model, const Transcri
 }
 
 std::string describe_worst_rows(const TranscriptionModel& model, const TranscriptionInputs& inputs,
-                                const RowMatrix& trajectory) {
+                                const RowMatrix& trajectory, double tolerance) {
   std::ostringstream text;
-  for (const RowState& row : worst_rows(model, inputs, trajectory, 3))
+  for (const RowState& row : worst_rows(model, inputs, trajectory, 3)) {
+    if (row.value <= tolerance) break;
     text << (text.tellp() == 0 ? "worst: " : ", ") << row.name << ' ' << row.value;
+  }
+  if (text.tellp() == 0) text << "no row is violated by more than " << tolerance;
   return text.str();
 }
 

@@ -58,14 +58,18 @@ std::vector<RowState> row_states(const TranscriptionModel& model, const Transcri
                                  const RowMatrix& trajectory,
                                  const RowMultipliers& multipliers = {});
 
+/// What rounding leaves of a row that is met.
+inline constexpr double kRoundingLevel = 1e-12;
+
 /// The `count` largest residuals of equality-type and violated inequality rows, those that are not
-/// a number first; their values are without a sign.
+/// a number first; their values are without a sign, and above kRoundingLevel.
 std::vector<RowState> worst_rows(const TranscriptionModel& model, const TranscriptionInputs& inputs,
                                  const RowMatrix& trajectory, int count,
                                  const RowMultipliers& multipliers = {});
 
-/// The three of them in words, for messages: "worst: friction (limb LF, row 2, knot 3) 0.2, ...".
+/// The three of them in words, for messages: "worst: friction (limb LF, row 2, knot 3) 0.2, ...";
+/// rows within `tolerance` are met and not named.
 std::string describe_worst_rows(const TranscriptionModel& model, const TranscriptionInputs& inputs,
-                                const RowMatrix& trajectory);
+                                const RowMatrix& trajectory, double tolerance);
 
 }  // namespace palanquin
