@@ -18,7 +18,9 @@ std::vector<std::string_view> split(std::string_view text, char separator) {
 }
 
 std::string excerpt(std::string_view line) {
-  const auto is_inside_character = [&](std::size_t at) { return static_cast<unsigned char>(line[at]) >> 6U == 2U; };
+  const auto is_inside_character = [&](std::size_t at) {
+    return static_cast<unsigned char>(line[at]) >> 6U == 2U;
+  };
   std::size_t end = std::min<std::size_t>(line.size(), 80);
   while (end > 0 && end < line.size() && is_inside_character(end)) --end;
   return std::string("'").append(line.substr(0, end)).append("'");
