@@ -48,6 +48,9 @@ class Answer:
     failure: str = ""
 
 
+CURVATURE_FLOOR = 1e-9
+"""For the linear programs among public QPs."""
+
 Solve = Callable[[], Answer]
 Solver = Callable[[Task], Solve]
 
@@ -62,7 +65,9 @@ def structured(task: Task) -> Solve:
     """Ours. Its pattern is analysed by the first solve, as in a planner's life."""
     staged = StagedQp(task.staged)
     model = _core.PenaltyModel(staged.qp)
-    solver = _core.make_qp_solver("structured")
+    settings = _core.QpSettings()
+    settings.multipliers.curvature_floor = CURVATURE_FLOOR
+    solver = _core.make_qp_solver("structured", settings)
 
     def solve() -> Answer:
         solution = _core.StageQpSolution(staged.qp)

@@ -83,7 +83,8 @@ void bind_settings(nb::module_& m) {
       .def_rw("stiffness", &MultipliersSettings::stiffness)
       .def_rw("tolerance", &MultipliersSettings::tolerance)
       .def_rw("fast_iterations", &MultipliersSettings::fast_iterations)
-      .def_rw("max_iterations", &MultipliersSettings::max_iterations);
+      .def_rw("max_iterations", &MultipliersSettings::max_iterations)
+      .def_rw("curvature_floor", &MultipliersSettings::curvature_floor);
   nb::enum_<KernelLevel>(m, "KernelLevel", "Processor level that the kernels are built for.")
       .value("AUTOMATIC", KernelLevel::Automatic)
       .value("X86_64", KernelLevel::X86_64)

@@ -35,6 +35,8 @@ std::string MultipliersSettings::explain_invalid() const {
       .positive("tolerance", tolerance)
       .at_least("fast_iterations", fast_iterations, 1)
       .at_least("max_iterations", max_iterations, 1)
+      .check(curvature_floor >= 0.0 && curvature_floor < 1.0, "curvature_floor", curvature_floor,
+             "in [0, 1)")
       .sentence();
 }
 

@@ -97,6 +97,7 @@ Restoration::Restoration(const RestorationSettings& settings, const QpSettings& 
 void Restoration::reset() {
   proximal_ = settings_.proximal;
   row_norm_ = 0.0;
+  random_.seed();
 }
 
 bool Restoration::shorten() {
@@ -158,6 +159,30 @@ QpStatus Restoration::solve(const StageQp& qp, const std::vector<Eigen::VectorXd
   if (is_usable(status))
     for (std::size_t k = 0; k < point_.w.size(); ++k) step.w[k] = point_.w[k];
   return status;
+}
+
+/// min  1/2 w'S w + g'w  with random g, so that all variables move by what is little for each.
+bool Restoration::random_step(const StageQp& qp, const std::vector<Eigen::VectorXd>& scale,
+                              StageQpSolution& step) {
+  std::normal_distribution<double> normal;
+  choose_back_end(qp);
+  build(qp, scale, kBalancedProximal, false);
+  for (std::size_t k = 0; k < relaxed_.stages.size(); ++k) {
+    QpStage& stage = relaxed_.stages[k];
+    std::fill(stage.penalty_jacobian.values.begin(), stage.penalty_jacobian.values.end(), 0.0);
+    stage.penalty_value.setConstant(-1.0);
+    for (int j = 0; j < stage.nw(); ++j)
+      stage.gradient[j] = std::sqrt(scale[k][j]) * normal(random_);
+  }
+  point_.resize(relaxed_);
+  for (Eigen::VectorXd& w : point_.w) w.setZero();
+  if (!is_usable(subproblem_.solve(relaxed_, *solver_, point_).status)) return false;
+  double largest = 0.0;
+  for (const Eigen::VectorXd& w : point_.w)
+    if (w.size() > 0) largest = std::max(largest, w.lpNorm<Eigen::Infinity>());
+  if (!(largest > 0.0)) return false;
+  for (std::size_t k = 0; k < point_.w.size(); ++k) step.w[k] = point_.w[k] / largest;
+  return true;
 }
 
 StageQpSolution Restoration::certificate(const StageQp& qp) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "merit_of.hpp"
 #include "multiplier_shift.hpp"
 #include "palanquin/core/diagnosis/non_finite.hpp"
 #include "palanquin/core/diagnosis/violations.hpp"
@@ -36,10 +37,6 @@ NonFinite find_non_finite(const LoweredProblem& problem, const RowMatrix& guess)
         return {true, "the guess is not finite in " + where, "guess", where, k};
       }
   return {};
-}
-
-Merit merit_of(const Evaluation& evaluation) {
-  return {evaluation.infeasibility, evaluation.total()};
 }
 
 /// As the back end takes them.
@@ -181,6 +178,7 @@ bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   restored_below_ = std::numeric_limits<double>::infinity();
   damping_.reset();
   restoration_.reset();
+  escapes_ = 0;
   unboundedness_.reset(largest_entry(iterate_));
   transcribe_ms_ = watch.lap_ms();
   return true;
@@ -283,70 +281,6 @@ void Sqp::accept(double alpha, StepKind kind, IterationRecord& record) {
   if (has_deadline()) keep_best();
   record.step_length = alpha;
   record.step = kind;
-}
-
-/// Step 4: towards the rows, when they are to blame. A real-time step keeps the cost in sight.
-bool Sqp::restore(IterationRecord& record) {
-  const bool rows_failed =
-      !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
-  const bool may = !is_real_time_ || settings_.restoration.elastic;
-  if (status_ != Status::NotSolved || !rows_failed || !may || is_late()) return false;
-  if (added_damping_ == 0.0) damping_.measure(transcription_->qp());
-  constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
-  filter_.add(merit_of(evaluation_));
-  if (std::isinf(restored_below_)) restored_below_ = kEnough * evaluation_.infeasibility;
-  const StageQp& qp = transcription_->qp();
-  bool found = false;
-  do {
-    if (!is_usable(restoration_.solve(qp, damping_.scale(), is_real_time_, solution_))) continue;
-    if (!is_real_time_ && dynamics_hold() && restoration_.is_stationary())
-      return finish_infeasible();
-    found = search_restoration(record);
-  } while (!found && !is_late() && restoration_.shorten());
-  if (!found) restoration_.reset();
-  if (is_real_time_ || !dynamics_hold()) return found;
-  const bool has_gained =
-      found && !restoration_.is_negligible(before_.infeasibility, evaluation_.infeasibility);
-  if (has_gained || !restoration_.is_stationary_when_balanced(qp, damping_.scale())) return found;
-  return finish_infeasible();
-}
-
-bool Sqp::finish_infeasible() {
-  certificate_ = restoration_.certificate(transcription_->qp());
-  finish(Status::Infeasible,
-         "the rows cannot be met: no step brings them closer; " + describe_worst_rows(iterate_));
-  return true;
-}
-
-/// Whether the rows, not the dynamics, make up what is violated where the QP was made.
-bool Sqp::dynamics_hold() const {
-  constexpr double kShare = 1e-6;  // of the dynamics in the squared residuals
-  const double all = start_infeasibility_, rows = restoration_.violation();
-  return rows > settings_.equality_tolerance && all * all - rows * rows <= kShare * all * all;
-}
-
-/// Backtracks until the residuals fall, a little only: a larger proximal term gives better short
-/// steps.
-bool Sqp::search_restoration(IterationRecord& record) {
-  constexpr double kShortest = 0.1;
-  const Merit current = merit_of(evaluation_);
-  for (double alpha = 1.0; alpha >= kShortest; alpha *= settings_.line_search.contraction) {
-    try_length(alpha);
-    const Merit trial = merit_of(trial_evaluation_);
-    const double enough =
-        (1.0 - settings_.line_search.infeasibility_decrease * alpha) * current.infeasibility;
-    const bool accepted = is_real_time_
-                              ? !has_diverged(settings_.line_search, current, trial, start_cost_)
-                              : trial_evaluation_.is_finite && trial.infeasibility < enough;
-    if (!accepted) continue;
-    accept(alpha, StepKind::Restored, record);
-    if (alpha == 1.0)
-      restoration_.lengthen();
-    else
-      restoration_.shorten();
-    return true;
-  }
-  return false;
 }
 
 /// No step was acceptable. A real-time plan starts at the measurement all the same.

@@ -136,6 +136,26 @@ def test_infeasible_is_proved_and_named():
     assert plan.worst_rows(1)[0][1] == pytest.approx(1, abs=1e-3)
 
 
+@pytest.mark.parametrize("kind", ["circle", "obstacle"])
+@pytest.mark.parametrize("target", [0.0, 0.1])
+def test_a_maximum_of_the_violation_is_left(kind, target):
+    """From the centre of a circle that is to be reached, or left: no direction is better to first
+    order, which is no proof that there is none."""
+    problem = pq.Problem(horizon=10, dt=0.1, name=kind)
+    x, u = problem.state("x", 2), problem.input("u", 2)
+    problem.dynamics(x, increment=problem.dt * u)
+    problem.residual("effort", u - target)
+    if kind == "circle":
+        problem.equality("on_circle", ca.sumsqr(x) - 1, at="terminal")
+    else:
+        problem.inequality("off_disc", 1 - ca.sumsqr(x), policy=pq.Hard(), at="terminal")
+    plan = solve(problem.lower())
+    assert plan.status is pq.Status.CONVERGED, plan.message
+    assert np.linalg.norm(plan.trajectory["x"][-1]) == pytest.approx(1, abs=1e-6)
+    # To go 1 in the time 1 by inputs of length 1, along the target.
+    assert plan.cost == pytest.approx(10 * (1 - np.sqrt(2) * target) ** 2, rel=1e-6)
+
+
 def test_a_real_time_step_out_of_bounds_comes_back():
     """Hard |v| <= 1 and |u| <= 1, pushed to v = 1.3: no plan can hold the bound at once."""
     problem = pq.Problem(horizon=12, dt=0.1, name="pushed_out")

@@ -75,6 +75,7 @@ void visit_fields(Settings& s, Visit visit) {
   visit("qp_settings.multipliers.tolerance", multipliers.tolerance);
   visit("qp_settings.multipliers.fast_iterations", multipliers.fast_iterations);
   visit("qp_settings.multipliers.max_iterations", multipliers.max_iterations);
+  visit("qp_settings.multipliers.curvature_floor", multipliers.curvature_floor);
 }
 
 std::string in_words(const std::string& value) { return value; }

@@ -12,9 +12,6 @@ namespace {
 
 /// Of the interior point's products, where its active set is tried out.
 constexpr double kGoals[] = {1e-4, 1e-6, 1e-8, 1e-10, 1e-12};
-/// Of the cost's largest curvature: what inputs without cost get, so that their gradient is wrong
-/// by no more than this share of their size.
-constexpr double kTiniest = 1e-9;
 constexpr double kUsable = 1e-4;  ///< violation at which an unfinished point may be used
 constexpr int kPolish = 6;        ///< recursions for that
 
@@ -84,8 +81,9 @@ class HardRowsQpSolver final : public QpSolver {
     rows_.take(qp, model);
     recursion_.set_regularization(regularization_);
     QpStatus status = run(solution);
-    if (status == QpStatus::FactorizationFailed) {
-      recursion_.set_regularization(regularization_ + kTiniest * rows_.largest_curvature());
+    if (status == QpStatus::FactorizationFailed && settings_.curvature_floor > 0.0) {
+      recursion_.set_regularization(regularization_ +
+                                    settings_.curvature_floor * rows_.largest_curvature());
       status = run(solution);
     }
     if (is_usable(status)) solution = point_;

@@ -45,6 +45,11 @@ struct MultipliersSettings {
   int fast_iterations =
       30;  ///< recursions from the warm start before the interior point takes over
   int max_iterations = 300;  ///< Riccati recursions in all
+  /// Curvature, of the cost's largest, that directions get which neither cost nor rows bend, so
+  /// that hard rows alone hold them (a linear program). The gradient is then wrong by this share of
+  /// the solution's size. 0: such a QP ends as FactorizationFailed, which an SQP answers with
+  /// damping.
+  double curvature_floor = 0.0;
 
   std::string explain_invalid() const;
 };

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,10 @@ class Restoration {
   /// After the last `solve` for `qp`, where is_stationary(): multipliers of its rows that are the
   /// violations left, those of the dynamics that go with them, all divided by the violations' norm.
   StageQpSolution certificate(const StageQp& qp);
+  /// A random step along the linearised dynamics and links, its largest entry 1; the same ones in
+  /// every solve. False when there is none.
+  bool random_step(const StageQp& qp, const std::vector<Eigen::VectorXd>& scale,
+                   StageQpSolution& step);
   /// Whether a violation that falls from `before` to `after` hardly does.
   bool is_negligible(double before, double after) const;
 
@@ -75,6 +80,7 @@ class Restoration {
   QpSettings qp_settings_;
   PenaltySubproblem subproblem_;
   std::unique_ptr<QpSolver> solver_;
+  std::minstd_rand random_;
   StageQp relaxed_;
   StageQpSolution point_;
   double row_norm_ = 0.0;  ///< squared, of the longest row since `reset`

@@ -157,7 +157,8 @@ class Sqp {
   void accept(double alpha, StepKind kind, IterationRecord& record);
   bool restore(IterationRecord& record);
   bool dynamics_hold() const;
-  bool finish_infeasible();
+  bool leave_stationary(IterationRecord& record);
+  bool end_stationary(IterationRecord& record);
   bool search_restoration(IterationRecord& record);
   void keep_iterate(IterationRecord& record);
   void close(IterationRecord& record);
@@ -194,6 +195,7 @@ class Sqp {
   Filter filter_;
   Damping damping_;
   Restoration restoration_;
+  int escapes_ = 0;  ///< from stationary points of the violation, in this solve
   UnboundednessTest unboundedness_;
   KktErrorEvaluator kkt_;
   StageQpSolution solution_;
