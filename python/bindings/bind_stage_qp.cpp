@@ -120,7 +120,7 @@ StageQp stage_qp_of(const Eigen::VectorXd& initial_state, const std::vector<Stag
   StageQp qp;
   qp.initial_state = initial_state;
   for (const StageFields& fields : stages) qp.stages.push_back(stage_of(fields));
-  static std::atomic<std::uint64_t> next{std::uint64_t{1} << 32};  // beyond any transcription's
+  static std::atomic<std::uint64_t> next{std::uint64_t{1} << 32U};  // beyond any transcription's
   qp.structure_revision = next++;
   require_consistent(qp);
   return qp;

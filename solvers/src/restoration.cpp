@@ -97,7 +97,7 @@ Restoration::Restoration(const RestorationSettings& settings, const QpSettings& 
 void Restoration::reset() {
   proximal_ = settings_.proximal;
   row_norm_ = 0.0;
-  random_.seed();
+  random_.seed(1);
 }
 
 bool Restoration::shorten() {

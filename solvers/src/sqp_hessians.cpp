@@ -138,10 +138,9 @@ bool Sqp::change_hessians(IterationRecord& record) {
     if (!is_flat_) pause_exact();
   } else if (!is_solved && (record.is_exact || is_singular)) {
     if (!damping_.grow_to_factorize()) return false;
-  } else if (!is_solved && !is_feasible(evaluation_)) {
-    return false;
-  } else if (!damping_.grow()) {
-    return false;
+  } else {
+    const bool is_lost = !is_solved && !is_feasible(evaluation_);
+    if (is_lost || !damping_.grow()) return false;
   }
   add_damping();
   return true;

@@ -31,6 +31,9 @@ def test_a_shown_scenario_is_possible(document, text, tmp_path):
     assert findings(load_scenario(path)) == []
 
 
+ALIKE = re.compile(r"row \d+, knot \d+(?=\): 1e-09)")
+"""Of rows that are met, rounding tells which is the worst."""
+
 PROGRAMS = re.findall(
     r"```python\n# (\S+\.py)\n(.*?)```(?=\n).*?\n\n```\n(.*?)```",
     (ROOT / "docs" / "explained.md").read_text(),
@@ -53,7 +56,8 @@ def test_shown_outputs_are_real(name, text, shown, tmp_path, session_cache, monk
 
     def told(text):
         lines = text.strip().splitlines()
-        return [line for line in lines if not line.startswith(("time: ", "lowering "))]
+        lines = [line for line in lines if not line.startswith(("time: ", "lowering "))]
+        return [ALIKE.sub("row, knot", line) for line in lines]
 
     assert told(output) == told(shown)
 

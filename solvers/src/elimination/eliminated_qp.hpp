@@ -48,7 +48,7 @@ class EliminatedQp {
   using Key = std::pair<int, std::vector<char>>;
   struct Shared {
     Substitution substitution;
-    int pattern;  ///< of the reduced knot
+    int pattern = -1;  ///< of the reduced knot
   };
   static std::array<int, 11> sizes(const QpStage& stage);
   bool is_planned(const StageQp& qp) const;

@@ -60,8 +60,8 @@ class Substitution {
 
  private:
   struct Given {
-    int row, column, pivot;                   ///< the last one an entry of C
-    int first, size;                          ///< its slopes
+    int row = 0, column = 0, pivot = 0;       ///< the last one an entry of C
+    int first = 0, size = 0;                  ///< its slopes
     int first_curvature = 0, curvatures = 0;  ///< its column of H
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }

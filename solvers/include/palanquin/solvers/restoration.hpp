@@ -80,7 +80,7 @@ class Restoration {
   QpSettings qp_settings_;
   PenaltySubproblem subproblem_;
   std::unique_ptr<QpSolver> solver_;
-  std::minstd_rand random_;
+  std::minstd_rand random_{1};
   StageQp relaxed_;
   StageQpSolution point_;
   double row_norm_ = 0.0;  ///< squared, of the longest row since `reset`
