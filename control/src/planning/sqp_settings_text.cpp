@@ -89,9 +89,20 @@ std::string in_words(Value value) {
 
 void read(TextLine& line, std::string& value) { value = line.word(); }
 void read(TextLine& line, double& value) { value = line.number(); }
-template <typename Value>
-void read(TextLine& line, Value& value) {
-  value = static_cast<Value>(line.integer(0));
+void read(TextLine& line, int& value) { value = line.integer(0); }
+
+constexpr int last(bool) { return 1; }
+constexpr int last(Form) { return static_cast<int>(Form::Paper); }
+constexpr int last(HessianKind) { return static_cast<int>(HessianKind::Automatic); }
+constexpr int last(KernelLevel) { return static_cast<int>(KernelLevel::Avx512); }
+
+template <typename Choice>
+void read(TextLine& line, Choice& value) {
+  const int number = line.integer(0);
+  if (number > last(value))
+    throw std::runtime_error("it is " + std::to_string(number) + ", but must be at most " +
+                             std::to_string(last(value)));
+  value = static_cast<Choice>(number);
 }
 
 }  // namespace

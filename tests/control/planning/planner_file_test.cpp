@@ -58,6 +58,11 @@ TEST_F(PlannerFileTest, DamagedFilesAreRefusedByLine) {
     return std::string("nothing was refused");
   };
   EXPECT_NE(damaged("planner 1", "planner 9").find("version 1"), std::string::npos);
+  for (const char* choice : {"hessian", "form", "globalize", "qp_settings.structured.kernels"}) {
+    const std::string setting = std::string("setting ") + choice + ' ';
+    const std::string line = text.substr(text.find(setting), setting.size() + 1);
+    EXPECT_NE(damaged(line, setting + "7").find("must be at most"), std::string::npos) << choice;
+  }
   EXPECT_NE(damaged("payload ", "payload x").find("finite number"), std::string::npos);
   EXPECT_NE(damaged("terrain plane", "terrain moon").find("one of plane"), std::string::npos);
   EXPECT_NE(damaged("setting qp ", "setting colour ").find("no setting 'colour'"),
