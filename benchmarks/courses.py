@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from palanquin.problems.foothold_areas import FootholdAreas, nearest_in_polygons
-from palanquin.sim.clearance import clearance_figures
-from palanquin.sim.kinematic import track
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.runs.scenarios import run_nominal
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
+from palanquin.sim.show.clearance import clearance_figures
+from palanquin.sim.show.kinematic import track
 
 COURSES = ("stones", "stairs", "walkway", "turn")
 
@@ -38,19 +38,10 @@ def run_course(scenario: Scenario) -> dict[str, Any]:
     `outside_m`: the worst distance of a foothold from the areas, edges without margin; on a ground
     without areas it is missing. `clearance`: as of `clearance_figures`; missing without obstacles.
     """
-    planner = scenario.build_planner()
-    period = scenario.planner.period
-    rollout = run_nominal(
-        planner,
-        scenario.scene,
-        scenario.script(),
-        scenario.duration,
-        period,
-        scenario.start(planner),
-    )
+    rollout, ground = run_scenario(scenario), scenario.ground
     figures = outcome(rollout)
-    if isinstance(planner.terrain, FootholdAreas):
-        figures["outside_m"] = outside(planner.terrain, rollout)
+    if isinstance(ground, FootholdAreas):
+        figures["outside_m"] = outside(ground, rollout)
     if scenario.obstacles:
         figures["clearance"] = clearance_figures(track(rollout))
     return figures

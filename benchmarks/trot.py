@@ -12,9 +12,10 @@ from palanquin.benchmarks.variant import Task
 from palanquin.problem import Problem
 from palanquin.problems.clm.build import build_clm
 from palanquin.problems.clm.planner import Planner
-from palanquin.problems.clm.references import VELOCITY, Velocity
+from palanquin.problems.clm.references import VELOCITY
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
+from palanquin.problems.planning import Velocity
 from palanquin.sim.runs.nominal import follow
 
 PERIOD = 1 / 30  # s between two plans, and between two knots

@@ -42,6 +42,11 @@ def _pairs(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return products.reshape(*products.shape[:-2], 16)
 
 
+def normalised(q: np.ndarray) -> np.ndarray:
+    """`q` divided by its norm."""
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Vector product of arrays [..., 3]; on small ones several times faster than NumPy's own."""
     left = a[..., _YZX] * b[..., _ZXY]

@@ -10,10 +10,10 @@ import numpy as np
 
 from palanquin.problems import quaternions
 from palanquin.problems.clm.clear_ground import ditch_depths
-from palanquin.sim.legs import leg_lengths, leg_limits
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.scenarios import Scenario
+from palanquin.sim.show.legs import leg_lengths, leg_limits
 
 Row = dict[str, Any]
 

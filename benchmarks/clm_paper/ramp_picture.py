@@ -20,7 +20,7 @@ from palanquin.benchmarks.clm_paper.style import (
     tidy,
 )
 from palanquin.problems.terrain_kinds import RampKind
-from palanquin.sim.legs import leg_limits
+from palanquin.sim.show.legs import leg_limits
 
 
 def draw_ramp(ours: Runs, path: Path) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palanquin.sim.palette import PAYLOAD_PLAN, robot_colour
+from palanquin.sim.scenes.palette import PAYLOAD_PLAN, robot_colour
 
 PAYLOAD = PAYLOAD_PLAN
 LIMIT = "tab:red"

@@ -11,11 +11,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid, tilts
-from palanquin.problems.layered import VARIANTS, DistributedPlanner, LinkSettings, Team
-from palanquin.problems.layered.plant import Payload
+from palanquin.benchmarks.layered.runs import reduced_loop
+from palanquin.benchmarks.layered.survival import tilts
+from palanquin.problems.layered import VARIANTS, LinkSettings
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.reduced import Walk, run_walk
 
 mpl.use("Agg")
 
@@ -42,11 +41,11 @@ def draw_all(folder: Path, weights: str, duration: float) -> Iterator[Drawn]:
 def draw_figure8(folder: Path, weights: str, duration: float) -> Drawn:
     """Desired and actual velocities: nominal without payload, the others with 5 kg."""
     logs = {
-        f"{name} ({payload:g} kg)": run_walk(
-            PLANNERS[name](Team(), VARIANTS[weights]), Walk(duration, payload=Payload(payload)),
-            Team(),
+        f"{planner} ({kg:g} kg)": reduced_loop(name, duration, planner, weights).run()
+        for planner, kg, name in (
+            ("nominal", 0.0, "none"), ("centralized", 5.0, "payload-5"),
+            ("distributed", 5.0, "payload-5"),
         )
-        for name, payload in (("nominal", 0.0), ("centralized", 5.0), ("distributed", 5.0))
     }  # fmt: skip
     figure = Figure(figsize=(12, 3.4), layout="constrained")
     for axis, (name, log) in zip(figure.subplots(1, 3, sharey=True), logs.items(), strict=True):
@@ -58,8 +57,7 @@ def draw_figure8(folder: Path, weights: str, duration: float) -> Drawn:
 
 def draw_figure9(folder: Path, weights: str, duration: float) -> Drawn:
     """Unequal commands, 0.15 and 0 m/s: velocities, and where the robots go."""
-    velocity = np.array([[0.15, 0.0, 0.0], [0.0, 0.0, 0.0]])
-    log = run_walk(DistributedPlanner(Team(), VARIANTS[weights]), Walk(duration, velocity), Team())
+    log = reduced_loop("unequal", duration, weights=weights).run()
     figure = Figure(figsize=(9, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     _plot_velocities(left, log, "distributed, commands 0.15 and 0 m/s")
@@ -73,8 +71,7 @@ def draw_figure9(folder: Path, weights: str, duration: float) -> Drawn:
 
 def draw_figure22(folder: Path, weights: str, duration: float) -> Drawn:
     """Both robots' estimates of the multiplier, and the plant's, under a slow load."""
-    walk = Walk(duration, payload=Payload(5.0), pushes=lambda t: 0.5 * sinusoid(20.0)(0.2 * t))
-    log = run_walk(DistributedPlanner(Team(), VARIANTS[weights]), walk, Team())
+    log = reduced_loop("slow", duration, weights=weights).run()
     figure = Figure(figsize=(7, 3.4), layout="constrained")
     axis = figure.subplots()
     _plot_estimates(axis, log)
@@ -88,9 +85,9 @@ def draw_figure23(folder: Path, weights: str, duration: float) -> Drawn:
     figure = Figure(figsize=(11, 3.4), layout="constrained")
     numbers = {}
     for axis, bias in zip(figure.subplots(1, 2), _BIASES, strict=True):
-        settings = VARIANTS[weights]
-        links = {(0, 1): LinkSettings(bias=bias, bias_from=round(_BIAS_START / settings.dt))}
-        log = run_walk(DistributedPlanner(Team(), settings, links=links), Walk(duration), Team())
+        start = round(_BIAS_START / VARIANTS[weights].dt)
+        links = {(0, 1): LinkSettings(bias=bias, bias_from=start)}
+        log = reduced_loop("none", duration, weights=weights, links=links).run()
         _plot_estimates(axis, log)
         axis.axvline(_BIAS_START, color="gray", linestyle=":")
         axis.set_title(f"bias {bias:g} N/m from {_BIAS_START:g} s on")

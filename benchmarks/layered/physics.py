@@ -14,58 +14,13 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palanquin.problems.clm.references import Velocity
+from palanquin.benchmarks.layered.runs import PHYSICS
 from palanquin.problems.robots import FEET
-from palanquin.sim import bar_plots as plots
-from palanquin.sim.palette import robot_colour
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.runs.scenarios import run_bars
-from palanquin.sim.scenarios.bar_ground import Ground
-from palanquin.sim.scenarios.bar_team import BarTeam
-from palanquin.sim.scenarios.bar_texts import parse_force
-from palanquin.sim.scenarios.bars import BarScenario
-
-_LOADED = BarTeam(payload=4.53)
-_HEAVY = BarTeam(payload=6.8)
-_BLOCKS = Ground("blocks", 0.05, seed=1)
-_PULLED = (*parse_force("push:0,60,0@3,3.5", 2), *parse_force("pull:0,-0.25@4,7:1", 2))
-
-SCENARIOS: dict[str, BarScenario] = {
-    "flat": BarScenario(),
-    "rough": BarScenario(
-        team=BarTeam(payload=5.0),
-        ground=Ground("rough", 0.05, seed=1),
-        forces=parse_force("sin:20", 2),
-    ),
-    "blocks": BarScenario(team=_LOADED, ground=_BLOCKS, velocity=Velocity(0.4)),
-    "slippery": BarScenario(team=_LOADED, ground=Ground(friction=0.3), velocity=Velocity(0.4)),
-    "pulled": BarScenario(team=_LOADED, forces=_PULLED, velocity=Velocity(0.3)),
-    "gravel": BarScenario(
-        team=_HEAVY, ground=Ground("rough", 0.03, seed=2, softness=0.01), velocity=Velocity(0.4)
-    ),
-    "lawn": BarScenario(
-        team=_LOADED, ground=Ground("rough", 0.02, seed=3, softness=0.02), velocity=Velocity(0.4)
-    ),
-    "mulch": BarScenario(
-        team=_LOADED, ground=Ground("rough", 0.03, seed=4, softness=0.03), velocity=Velocity(0.4)
-    ),
-    "grass": BarScenario(
-        team=_HEAVY, ground=Ground("rough", 0.02, seed=5, softness=0.02), velocity=Velocity(0.4)
-    ),
-    **{
-        "-".join(axes): BarScenario(
-            team=BarTeam(payload=4.53, restrict=axes), ground=_BLOCKS, velocity=Velocity(0.4)
-        )
-        for axes in (
-            ("pitch", "yaw"),
-            ("roll", "yaw"),
-            ("roll", "pitch"),
-            ("roll", "pitch", "yaw"),
-        )
-    },
-}
-"""What the figures need, by name; each is run with the planners that a figure asks for."""
+from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.scenes.palette import robot_colour
+from palanquin.sim.show import plots
 
 _SET = ("blocks", "slippery", "pulled")
 _RESTRICTED = ("pitch-yaw", "roll-yaw", "roll-pitch", "roll-pitch-yaw")
@@ -92,8 +47,8 @@ class Runs:
     def __call__(self, name: str, planner: str) -> Record:
         """The run of scenario `name` with `planner`."""
         if (name, planner) not in self.done:
-            scenario = SCENARIOS[name].changed(planner=planner, duration=self.duration)
-            self.done[name, planner] = run_bars(scenario)
+            scenario = PHYSICS[name].changed(planner=planner, duration=self.duration)
+            self.done[name, planner] = run_scenario(scenario)
             self.progress("physics", len(self.done), NUMBER_OF_RUNS)
         return self.done[name, planner]
 

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from palanquin.benchmarks.layered.figures import Drawn, draw_all
-from palanquin.benchmarks.layered.survival import LOADS, PLANNERS, Run, survival, survival_table
+from palanquin.benchmarks.layered.survival import LOADS, Run, survival, survival_table
 from palanquin.benchmarks.layered.timing import PAPER_MS, Row, measure_planners
 from palanquin.benchmarks.machine import describe_machine, source_revision
 from palanquin.problems.layered import VARIANTS
+from palanquin.sim.scenarios.bar_planners import KINDS
 
 FIGURES = 4
-QUICK_LOADS = ("none", "sinusoid 40 N", "across the bar 30 N", "payload 5.0 kg", "0.15 and 0 m/s")
+QUICK_LOADS = ("none", "sinusoid-40", "across-30", "payload-5", "unequal")
 
 Progress = Callable[[str, int, int], None]
 
@@ -30,21 +31,21 @@ def reproduce(folder: Path, quick: bool, progress: Progress) -> tuple[dict[str, 
     """
     folder.mkdir(parents=True, exist_ok=True)
     duration = 4.0 if quick else 10.0
-    loads = [load for load in LOADS if not quick or load.name in QUICK_LOADS]
+    loads = QUICK_LOADS if quick else LOADS
     drawn: list[Drawn] = []
     for weights in VARIANTS:
         for item in draw_all(folder, weights, duration):
             drawn.append(item)
             progress("figures", len(drawn), FIGURES * len(VARIANTS))
     runs: list[Run] = []
-    total = len(loads) * (1 + 2 * (len(PLANNERS) - 1))
+    total = len(loads) * (1 + 2 * (len(KINDS) - 1))
     for run in survival(4.0 if quick else 8.0, loads):
         runs.append(run)
         progress("loads", len(runs), total)
     rows: list[Row] = []
     for row in measure_planners(200 if quick else 1000):
         rows.append(row)
-        progress("times", len(rows), len(PLANNERS))
+        progress("times", len(rows), len(KINDS))
     results = {
         "figures": {item.file.stem: item.numbers for item in drawn},
         "survival": [asdict(run) for run in runs],

@@ -2,46 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from palanquin.benchmarks.layered.runs import REDUCED, reduced_loop
 from palanquin.problems import quaternions
-from palanquin.problems.layered import (
-    VARIANTS,
-    CentralizedPlanner,
-    DistributedPlanner,
-    NominalPlanner,
-    Planner,
-    Team,
-)
-from palanquin.problems.layered.plant import Payload
+from palanquin.problems.layered import VARIANTS
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.reduced import Pushes, Walk, no_push, run_walk
+from palanquin.sim.scenarios.bar_planners import KINDS
 
-PLANNERS: dict[str, Callable[..., Planner]] = {
-    "centralized": CentralizedPlanner,
-    "distributed": DistributedPlanner,
-    "nominal": NominalPlanner,
-}
-
-# Periods of the sinusoids along x, y and z, s (Kim et al., V-B.2).
-_PERIODS = np.array([1.0, 0.7, 0.4])
-
-
-@dataclass(frozen=True)
-class Load:
-    """A load case: what is unknown to the planners, and what is asked of them."""
-
-    name: str
-    pushes: Pushes = no_push
-    payload: float = 0.0
-    velocity: tuple[float, ...] | np.ndarray = (0.3, 0.0, 0.0)
-
-    def walk(self, duration: float) -> Walk:
-        """The walk of this case."""
-        return Walk(duration, self.velocity, Payload(self.payload), self.pushes)
+LOADS = (
+    "none",
+    *(f"sinusoid-{n}" for n in (20, 40, 60, 80)),
+    *(f"across-{n}" for n in (10, 20, 30, 50)),
+    *(f"along-{n}" for n in (10, 30, 50)),
+    *(f"payload-{kg}" for kg in ("2.5", "5", "6.8")),
+    "unequal",
+)
+"""Scenarios of `REDUCED`."""
 
 
 @dataclass(frozen=True)
@@ -72,40 +52,13 @@ class Run:
         return self.fell_at is None
 
 
-def sinusoid(amplitude: float) -> Pushes:
-    """The same force on both robots along every axis, N."""
-    return lambda time: amplitude * np.sin(2 * np.pi * time / _PERIODS)
-
-
-def opposed(force: float) -> Pushes:
-    """Constant forces across the bar that push the robots apart, N, [2, 3]."""
-    pushes = np.array([[force, 0.0, 0.0], [-force, 0.0, 0.0]])
-    return lambda time: pushes
-
-
-def apart(force: float) -> Pushes:
-    """Constant forces along the bar that pull the robots apart, N, [2, 3]."""
-    pushes = np.array([[0.0, force, 0.0], [0.0, -force, 0.0]])
-    return lambda time: pushes
-
-
-LOADS: tuple[Load, ...] = (
-    Load("none"),
-    *(Load(f"sinusoid {a} N", sinusoid(a)) for a in (20, 40, 60, 80)),
-    *(Load(f"across the bar {f} N", opposed(f)) for f in (10, 20, 30, 50)),
-    *(Load(f"along the bar {f} N", apart(f)) for f in (10, 30, 50)),
-    *(Load(f"payload {m} kg", payload=m) for m in (2.5, 5.0, 6.8)),
-    Load("0.15 and 0 m/s", velocity=np.array([[0.15, 0.0, 0.0], [0.0, 0.0, 0.0]])),
-)
-
-
-def run_load(load: Load, weights: str, planner: str, duration: float, team: Team) -> Run:
+def run_load(load: str, weights: str, planner: str, duration: float) -> Run:
     """One walk under a load."""
-    log = run_walk(PLANNERS[planner](team, VARIANTS[weights]), load.walk(duration), team)
+    log = reduced_loop(load, duration, planner, weights).run()
     late = log.time >= 2.0
     error = (log.bodies - log.references)[late][..., 7:9]
     return Run(
-        load.name,
+        REDUCED[load].summary,
         weights,
         planner,
         log.duration if log.fall else None,
@@ -122,20 +75,17 @@ def tilts(record: Record) -> np.ndarray:
     return np.arccos(np.clip(cosine, -1, 1))
 
 
-def survival(
-    duration: float = 8.0, loads: Sequence[Load] = LOADS, team: Team | None = None
-) -> Iterator[Run]:
+def survival(duration: float = 8.0, loads: Sequence[str] = LOADS) -> Iterator[Run]:
     """Runs every load with every planner and both sets of weights, one after the other.
 
     The nominal planner has neither of the weights that differ: it runs once.
     """
-    team = team or Team()
     for load in loads:
         for weights in VARIANTS:
-            for planner in PLANNERS:
+            for planner in KINDS:
                 if planner == "nominal" and weights != "working":
                     continue
-                yield run_load(load, weights, planner, duration, team)
+                yield run_load(load, weights, planner, duration)
 
 
 def survival_table(runs: Sequence[Run]) -> str:

@@ -6,27 +6,25 @@ import time as clock
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import Any
+from typing import Any, cast
 
 import casadi as ca
 import numpy as np
 
 from palanquin import _core
-from palanquin.benchmarks.layered.survival import PLANNERS, sinusoid
+from palanquin.benchmarks.layered.runs import reduced_loop
 from palanquin.benchmarks.peers.equality_qp import equality_qp
-from palanquin.problems.layered import DistributedPlanner, Planner, Team
+from palanquin.problems.layered import DistributedPlanner, Planner
+from palanquin.problems.layered.bar_planner import BarPlanner
 from palanquin.problems.layered.centralized import CentralizedPlanner
 from palanquin.problems.layered.linear_mpc import LinearMpc
-from palanquin.problems.layered.plant import Payload
-from palanquin.sim.runs.loop import ticks
-from palanquin.sim.runs.reduced import Walk, reduced
+from palanquin.problems.layered.settings import WORKING
+from palanquin.sim.runs.loop import Loop
+from palanquin.sim.scenarios.bar_planners import KINDS
 
 # Kim et al., V-A.3, on an i7-10750H at 2.60 GHz; the nominal planner's time is not given.
 PAPER_MS = {"centralized": 1.38, "distributed": 0.41}
 PEERS = ("piqp", "osqp", "proxqp", "daqp")
-
-# Accuracy that is asked of OSQP inside the loop; the others have their defaults.
-_LOOP_OPTIONS: dict[str, dict[str, Any]] = {"structured": {}, "osqp": {}}
 
 
 @dataclass
@@ -72,22 +70,22 @@ def quantiles(values: list[float]) -> dict[str, float]:
     return dict(zip(("p50", "p95", "p99", "max"), marks.tolist(), strict=True))
 
 
-def busy_walk(duration: float) -> Walk:
-    """A trot with an unknown payload and 40 N sinusoids, so that some rows are active."""
-    return Walk(duration, payload=Payload(5.0), pushes=sinusoid(40.0))
+def _busy(planner: str, samples: int, **options: Any) -> tuple[Loop, Any]:
+    """A trot with an unknown payload and 40 N sinusoids, so that some rows are active, and its
+    planner.
+    """
+    loop = reduced_loop("busy", samples * WORKING.dt, planner, **options)
+    return loop, cast(BarPlanner, loop.planner).planner
 
 
 def measure_planners(samples: int, solvers: tuple[str, ...] = ("structured",)) -> Iterator[Row]:
     """Every planner in closed loop, as it runs."""
-    team = Team()
-    for name, make in PLANNERS.items():
+    for name in KINDS:
         for solver in solvers:
-            planner = make(team, qp=solver, **_LOOP_OPTIONS[solver])
+            loop, planner = _busy(name, samples, qp=solver)
             times = Times()
-            walk = busy_walk(samples * planner.settings.dt)
-            run = ticks(*reduced(planner, walk, team), walk, planner.settings.dt)
-            for tick in islice(run, samples):
-                _add_plan(planner, times, tick.plan.plan.solve_ms)
+            for tick in islice(loop.ticks(), samples):
+                _add_plan(planner, times, tick.plan.solve_ms)
             times.failures = len(planner.events)
             yield Row(name, f"{solver} (in the loop)", times)
 
@@ -125,25 +123,20 @@ class Instance:
 
 def measure_peers(samples: int) -> Iterator[Row]:
     """Other solvers, from their default starts, on QPs of the walk; each only if it is there."""
-    for name, instances in (
-        ("centralized", _instances(CentralizedPlanner(), samples)),
-        ("distributed", _instances(DistributedPlanner(), samples)),
-    ):
+    for name in ("centralized", "distributed"):
+        instances = _instances(name, samples)
         for peer in PEERS:
             yield _measure_peer(name, peer, instances)
 
 
-def _instances(planner: CentralizedPlanner | DistributedPlanner, samples: int) -> list[Instance]:
+def _instances(planner: str, samples: int) -> list[Instance]:
     """QPs of a closed loop of one trot cycle, evenly spread."""
     found: list[Instance] = []
-    mpc = planner.locals[0].mpc if isinstance(planner, DistributedPlanner) else planner.mpc
-    cycle = 80
-
-    walk = busy_walk(2.5 * cycle * planner.settings.dt)
-    run = ticks(*reduced(planner, walk), walk, planner.settings.dt)
-    for count, _ in enumerate(islice(run, round(2.5 * cycle)), start=1):
+    cycle, ticks = 80, 200
+    loop, mpcs = _busy(planner, ticks)
+    for count, _ in enumerate(islice(loop.ticks(), ticks), start=1):
         if count > cycle and count % max(1, cycle // samples) == 0 and len(found) < samples:
-            found.append(_instance(mpc))
+            found.append(_instance(mpcs.problems[0]))
     return found
 
 

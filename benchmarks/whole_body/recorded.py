@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
-from palanquin.sim.runs.loop import ticks
-from palanquin.sim.runs.scenarios import physics
-from palanquin.sim.scenarios.bar_planners import build_planner
+from palanquin.sim.runs.scenarios import loop_of
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bar_texts import parse_force, parse_ground
 from palanquin.sim.scenarios.bars import BarScenario
@@ -84,14 +83,13 @@ def record(scenario: BarScenario, count: int) -> list[RecordedQp]:
 
 def _walk(scenario: BarScenario) -> Iterator[RecordedQp]:
     """The last QP of each planning period of each robot, once they trot."""
-    planner = build_planner(scenario)
-    plant, leading = physics(scenario, planner)
+    loop = loop_of(scenario)
+    plant: Any = loop.plant
     limits = {
         name: np.array([body.effort for body in robot.bodies() if np.any(body.axis)])
         for name, robot in plant.scene.descriptions.items()
     }
-    period = planner.settings.dt
-    for _ in islice(ticks(plant, leading, scenario, period), round(scenario.duration / period)):
+    for _ in islice(loop.ticks(), loop.most):
         if plant.time < 0.5:
             continue
         for robot, limit in enumerate(limits.values()):

@@ -8,9 +8,10 @@ from palanquin.problems.clm.guess import fill_guess, fill_measured
 from palanquin.problems.clm.layout import from_case_layout, to_case_layout
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.planner import Planner
-from palanquin.problems.clm.references import References, Velocity, make_references, nominal_state
+from palanquin.problems.clm.references import References, make_references, nominal_state
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
+from palanquin.problems.planning import Velocity
 
 __all__ = [
     "Carrier",

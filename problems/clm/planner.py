@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -23,13 +25,13 @@ from palanquin.problems.clm.parameters import set_input_blocks, set_terrain
 from palanquin.problems.clm.references import (
     References,
     RobotReferences,
-    Velocity,
     nominal_state,
 )
 from palanquin.problems.clm.team import Team
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
-from palanquin.problems.gaits import GaitClock
+from palanquin.problems.gaits import Gait, GaitClock
 from palanquin.problems.modules.ditches import padded_lines
+from palanquin.problems.planning import Command, Measurement, Velocity, plan_time
 from palanquin.problems.terrains import Flat, Terrain
 
 FootholdRule = Literal["hips", "raibert"]
@@ -166,7 +168,7 @@ class Planner:
         """
         self._core.restart(checks.array("reference", reference, 3))
         self._time: float | None = None  # of the last call
-        self._is_prepared = False
+        self._is_prepared = self._has_settled = False
         self.failed_plan: Plan | None = None
 
     def nominal_state(self, start: np.ndarray | None = None) -> TeamState:
@@ -180,9 +182,18 @@ class Planner:
             )
         )
 
+    @property
+    def plan_time(self) -> np.ndarray:
+        """Times of a plan's knots relative to the measurement [N+1], s."""
+        return plan_time(self.horizon, self.dt)
+
     def contacts(self, times: np.ndarray) -> np.ndarray:
         """Contact flags [n, R, 4] at `times` [n], s."""
         return np.stack([c.contacts(times) for c in self.clocks], axis=1)
+
+    def change_gait(self, robot: int, gait: Gait, time: float, at_once: bool = False) -> float:
+        """Has a robot begin another gait, see `GaitClock.change`; returns when that is, s."""
+        return self.clocks[robot].change(gait, time, at_once)
 
     def set_policy(self, family: str, policy: Policy) -> None:
         """Changes how an inequality family enters; needs no lowering."""
@@ -232,6 +243,16 @@ class Planner:
             raise LoweringError(str(error)) from error
         return path
 
+    def plan(self, seen: Measurement, command: Command) -> TeamPlan:
+        """As of `planning.Planner`: `solve`, but the first plan converges before the clock starts,
+        since the team still stands. Raises as `solve`.
+        """
+        state = TeamState(seen.bodies, seen.feet)
+        if not self._has_settled:
+            self._has_settled = True
+            self.settle(seen.time, state, command.velocity)
+        return self.solve(seen.time, state, command.velocity)
+
     def solve(self, time: float, state: TeamState, command: Velocity) -> TeamPlan:
         """Plans from a measured state.
 
@@ -245,7 +266,8 @@ class Planner:
         """
         self._check_time(time)
         self._is_prepared = False
-        self._core.solve(time, *self._given(state, command))
+        with _named_errors():
+            self._core.solve(time, *self._given(state, command))
         return self._answer()
 
     def prepare(self, time: float, predicted: TeamState, command: Velocity) -> bool:
@@ -261,7 +283,8 @@ class Planner:
             raise ProblemError("a planner with candidates has no two phases; use solve")
         self._check_time(time)
         self._is_prepared = False
-        is_ready = self._core.prepare(time, *self._given(predicted, command))
+        with _named_errors():
+            is_ready = self._core.prepare(time, *self._given(predicted, command))
         self._is_prepared = True
         return is_ready
 
@@ -273,7 +296,8 @@ class Planner:
         if not self._is_prepared:
             raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
         self._is_prepared = False
-        self._core.feedback(*_arrays(state))
+        with _named_errors():
+            self._core.feedback(*_arrays(state))
         return self._answer()
 
     def settle(
@@ -318,6 +342,15 @@ class Planner:
         if self._time is not None and time < self._time:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
         self._time = time
+
+
+@contextmanager
+def _named_errors() -> Iterator[None]:
+    """Bad values that the engine finds, as errors of the problem."""
+    try:
+        yield
+    except ValueError as error:
+        raise ProblemError(str(error)) from error
 
 
 def _arrays(state: TeamState) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.problems import checks
 from palanquin.problems.clm.team import Team
+from palanquin.problems.planning import Velocity
 from palanquin.problems.terrains import Terrain
 
 STATE = 13
@@ -31,30 +32,6 @@ PARTS = {
 RobotReferences = Literal["rigid", "ground"]
 """How robots' references follow from the payload's: as one rigid body with it, which is (14) of the
 paper, or each over the ground below itself, within the reach of its legs."""
-
-
-@dataclass(frozen=True)
-class Velocity:
-    """Planar velocity command in the payload's heading frame.
-
-    Attributes:
-        vx: forward, m/s.
-        vy: to the left, m/s.
-        wz: yaw rate, rad/s.
-    """
-
-    vx: float = 0.0
-    vy: float = 0.0
-    wz: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("vx", "vy", "wz"):
-            checks.finite(f"command.{name}", getattr(self, name))
-
-    @property
-    def core(self) -> np.ndarray:
-        """As the engine takes it, [3]."""
-        return np.array([self.vx, self.vy, self.wz], dtype=float)
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from palanquin.events import Event
-from palanquin.plan import Plan
+from palanquin.plan import SQP_PHASES, Plan
 from palanquin.problems.clm.columns import Columns
 from palanquin.problems.clm.references import References
 
@@ -22,9 +23,13 @@ class TeamState:
     feet: np.ndarray
 
 
+PHASES = ("inputs", *SQP_PHASES)
+"""Where the time of a plan goes: references, parameters and warm start, then the solver's work."""
+
+
 @dataclass(frozen=True)
 class TeamPlan:
-    """A plan of one period, with what it was planned for.
+    """A plan of one period, with what it was planned for; as of `planning.Plan`.
 
     Attributes:
         plan: the solver's outcome.
@@ -64,3 +69,50 @@ class TeamPlan:
     def hand_wrenches(self) -> np.ndarray:
         """Planned force and torque of the payload on each hand, world, [N, R, 6], N and N m."""
         return self.plan.xs[:-1, self.columns.wrenches]
+
+    @property
+    def reference(self) -> np.ndarray:
+        """Reference states of all bodies at the first knot, [R+1, 13]."""
+        return self.references.bodies[0]
+
+    @property
+    def phases(self) -> Mapping[str, float]:
+        """Parts of `solve_ms` by the names of `PHASES`, ms."""
+        times = self.plan.timings_ms
+        parts = (self.solve_ms - times["total"], *(times[name] for name in SQP_PHASES))
+        return dict(zip(PHASES, parts, strict=True))
+
+    @property
+    def status(self) -> str:
+        """Why the solver stopped."""
+        return self.plan.status.name.lower()
+
+    @property
+    def is_usable(self) -> bool:
+        """Whether it may be executed; if not, it is the last one followed on."""
+        return self.plan.is_usable
+
+    @property
+    def iterations(self) -> int:
+        """Of the SQP."""
+        return self.plan.iteration_count
+
+    @property
+    def cost(self) -> float:
+        """Of the problem's objective, penalties included."""
+        return self.plan.cost
+
+    @property
+    def equality_violation(self) -> float:
+        """The worst one."""
+        return self.plan.equality_violation
+
+    @property
+    def violation(self) -> Mapping[str, float]:
+        """The worst violation of each family of inequalities, in its unit."""
+        return self.plan.violation
+
+    @property
+    def more(self) -> Mapping[str, np.ndarray]:
+        """What hands bear at the first knot."""
+        return {"hand_wrench": self.hand_wrenches[0]}

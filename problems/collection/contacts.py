@@ -11,15 +11,11 @@ from palanquin.problem import Chart, Problem, Role
 from palanquin.problems.clm.build import build_clm
 from palanquin.problems.clm.guess import fill_guess, fill_measured, footholds
 from palanquin.problems.clm.parameters import set_contacts, set_references
-from palanquin.problems.clm.references import (
-    References,
-    Velocity,
-    make_references,
-    nominal_state,
-)
+from palanquin.problems.clm.references import References, make_references, nominal_state
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.collection.ocp import Ocp
 from palanquin.problems.gaits import GaitClock
+from palanquin.problems.planning import Velocity
 from palanquin.problems.terrains import Flat
 
 GRAVITY = 9.81

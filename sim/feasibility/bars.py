@@ -8,10 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.sim.bar.scene import places
 from palanquin.sim.feasibility.finding import Finding
 from palanquin.sim.scenarios.bar_ground import BEHIND, LENGTH, WIDTH
 from palanquin.sim.scenarios.bars import BarScenario, start_pose
+from palanquin.sim.scenes.bar_scene import places
 
 _STEP = 0.05
 """Between two looks at the way, s."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,107 +13,31 @@ from typing import Any
 
 import numpy as np
 
-from palanquin.problems.clm.references import Velocity
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.runs.scenarios import run_bars
-from palanquin.sim.scenarios.bar_forces import Force, Rope
-from palanquin.sim.scenarios.bar_team import BarTeam
-from palanquin.sim.scenarios.bar_texts import parse_force, parse_ground
+from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.scenarios.bar_forces import Force
 from palanquin.sim.scenarios.bars import PLANNERS, BarScenario
+from palanquin.sim.scenarios.files import load_scenario
+from palanquin.sim.scenarios.library import SUITES as SUITE_FOLDER
 from palanquin.user_files import read_text
 
-_TEN_METRES = 10.0
+SUITES = {folder.name: sorted(folder.glob("*.yaml")) for folder in sorted(SUITE_FOLDER.iterdir())}
+"""Files of scenarios by suite; seeds take them in turns."""
 
 
-def _flat(seed: int) -> BarScenario:
-    """30 s of flat ground at 0.5 m/s with 0, 5 or 6.8 kg, in turns."""
-    payload = (0.0, 5.0, 6.8)[seed % 3]
-    return BarScenario(team=BarTeam(payload=payload), duration=30.0)
-
-
-def _rough(seed: int) -> BarScenario:
-    """10 m of random ground of 5 cm, 5 kg and sinusoids of 20 N (V-B.2)."""
-    return BarScenario(
-        team=BarTeam(payload=5.0),
-        ground=parse_ground("rough:0.05", seed),
-        forces=_out_of_step(parse_force("sin:20", 2), seed),
-        duration=40.0,
-        distance=_TEN_METRES,
-    )
-
-
-def _rougher(seed: int) -> BarScenario:
-    """10 m of random ground of 12 cm (Figure 21a)."""
-    return BarScenario(ground=parse_ground("rough:0.12", seed), duration=60.0, distance=_TEN_METRES)
-
-
-def _slippery(seed: int) -> BarScenario:
-    """10 m with a friction coefficient of 0.3 and 4.53 kg (Figure 11c)."""
-    return BarScenario(
-        team=BarTeam(payload=4.53),
-        ground=parse_ground("flat", seed, friction=0.3),
-        duration=40.0,
-        distance=_TEN_METRES,
-    )
-
-
-def _sinusoids(size: float) -> Callable[[int], BarScenario]:
-    """20 s at 0.3 m/s with 5 kg under sinusoids of `size` (N) on each axis of each robot."""
-
-    def scenario(seed: int) -> BarScenario:
-        return BarScenario(
-            team=BarTeam(payload=5.0),
-            forces=_out_of_step(parse_force(f"sin:{size}", 2), seed),
-            velocity=Velocity(0.3),
-            duration=20.0,
-        )
-
-    return scenario
-
-
-def _on_one_axis(size: float) -> Callable[[int], BarScenario]:
-    """The same along one axis only: x, y and z in turns."""
-
-    def scenario(seed: int) -> BarScenario:
-        sizes = [0.0, 0.0, 0.0]
-        sizes[seed % 3] = size
-        return replace(
-            _sinusoids(size)(seed),
-            forces=_out_of_step(parse_force("sin:{},{},{}".format(*sizes), 2), seed),
-        )
-
-    return scenario
-
-
-def _opposed(seed: int) -> BarScenario:
-    """20 s at 0.3 m/s with 5 kg, both robots pressed against the bar by 30 N."""
-    return BarScenario(
-        team=BarTeam(payload=5.0),
-        forces=parse_force("opposed:30", 2),
-        velocity=Velocity(0.3),
-        duration=20.0,
-    )
-
-
-def _out_of_step(forces: tuple[Force | Rope, ...], seed: int) -> tuple[Force, ...]:
-    """Sinusoids with phases that the seed draws, on each axis of each robot."""
+def drawn(scenario: BarScenario, seed: int) -> BarScenario:
+    """The scenario as a seed has it: ground, noise, start, and the phases of all sinusoids, which
+    a suite draws on each axis of each robot.
+    """
     random = np.random.default_rng(seed)
-    sinusoids = [force for force in forces if isinstance(force, Force)]
-    return tuple(replace(s, phase=tuple(random.uniform(0, 2 * np.pi, 3))) for s in sinusoids)
-
-
-SUITES: dict[str, Callable[[int], BarScenario]] = {
-    "flat": _flat,
-    "rough": _rough,
-    "rougher": _rougher,
-    "slippery": _slippery,
-    "sin40": _sinusoids(40.0),
-    "sin60": _sinusoids(60.0),
-    "axis40": _on_one_axis(40.0),
-    "axis60": _on_one_axis(60.0),
-    "opposed": _opposed,
-}
+    forces = tuple(
+        replace(force, phase=tuple(random.uniform(0, 2 * np.pi, 3)))
+        if isinstance(force, Force) and np.isfinite(force.period).all()
+        else force
+        for force in scenario.disturbances
+    )
+    return scenario.changed(ground=replace(scenario.ground, seed=seed), forces=forces, seed=seed)
 
 
 @dataclass(frozen=True)
@@ -126,12 +50,16 @@ class Trial:
 
     def scenario(self) -> BarScenario:
         """What to run; every trial but that of seed 0 starts a little off."""
-        return SUITES[self.suite](self.seed).changed(planner=self.planner, seed=self.seed)
+        files = SUITES[self.suite]
+        scenario = load_scenario(files[self.seed % len(files)])
+        if not isinstance(scenario, BarScenario):
+            raise InputError(f"suite: {self.suite!r} is of hands; only runs on bars are counted")
+        return drawn(scenario, self.seed).changed(planner=self.planner)
 
     def run(self) -> dict[str, Any]:
         """Its figures, with the trial itself."""
         scenario = self.scenario()
-        figures = outcome(run_bars(scenario))
+        figures = outcome(run_scenario(scenario))
         return {"suite": self.suite, "planner": self.planner, "seed": self.seed, **figures}
 
 

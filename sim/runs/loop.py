@@ -11,36 +11,16 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from palanquin.problems.planning import Measurement, Plan, Planner
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.record import Record, RecordBuilder, RecordedTeam
+from palanquin.sim.scenarios.disturbance import mean_wrenches
 from palanquin.sim.scenarios.script import Director, Orders
 
 Array = NDArray[np.float64]
 
 MOST_TICKS = 50_000
 """Of a run with a payload in hands: its record takes about 12 kB a tick."""
-
-
-@dataclass(frozen=True)
-class Measurement:
-    """What is known of a team at an instant; R robots, B bodies, feet are LF, RF, LH, RH.
-
-    Attributes:
-        time: s.
-        bodies: states [B, 13]: position of the centre of mass (m), orientation (w, x, y, z; body to
-            world), velocity (m/s, world), angular velocity (rad/s, body). A payload in hands is the
-            first; of a team on bars there are the robots alone.
-        feet: contact points [R, 4, 3], m, world.
-        footholds: where the controllers will put feet that are in the air [R, 4, 3], m, world; the
-            feet themselves where only the plan decides.
-        ground: heights of the ground below the robots [R], m, as they know them.
-    """
-
-    time: float
-    bodies: Array
-    feet: Array
-    footholds: Array
-    ground: Array
 
 
 class Plant(Protocol):
@@ -70,36 +50,19 @@ class Plant(Protocol):
         """Worst values of the whole run so far, by name with their units."""
 
 
-class Planner(Protocol):
-    """Who plans, from what is measured and what is ordered."""
-
-    @property
-    def plan_time(self) -> Array:
-        """Times of a plan's knots relative to the measurement [N+1], s."""
-
-    def reference_at(self, time: float) -> Array:
-        """Reference (x, y, yaw) [3] of what is led at `time`, m and rad."""
-
-    def plan(self, seen: Measurement, orders: Orders, period: float) -> Any:
-        """The plan for what is seen; never without one."""
-
-    def row(self, plan: Any) -> dict[str, Any]:
-        """A plan as fields of `Record`."""
-
-
 @dataclass(frozen=True)
 class Tick:
     """One period that has gone by.
 
     Attributes:
         seen: at its start, feet that the plan has put down included.
-        plan: for it, of the planner's own kind.
+        plan: for it.
         orders: that it was made for.
         values: the plant's, by name.
     """
 
     seen: Measurement
-    plan: Any
+    plan: Plan
     orders: Orders
     values: dict[str, Array]
 
@@ -109,61 +72,99 @@ class Tick:
         return self.seen.time
 
 
-def ticks(plant: Plant, planner: Planner, director: Director, period: float) -> Iterator[Tick]:
-    """Plans every `period` (s) until the plant can't go on or the director ends it."""
-    while not plant.fall:
-        seen = plant.measure()
-        orders = director.at(seen.time, planner.reference_at(seen.time), period)
-        if orders is None:
-            return
-        plan = planner.plan(seen, orders, period)
-        seen = plant.apply(plan, seen)
-        plant.advance(period, orders)
-        yield Tick(seen, plan, orders, plant.values())
+@dataclass(frozen=True)
+class Loop:
+    """All who take part in a run.
 
-
-def run(
-    plant: Plant,
-    planner: Planner,
-    director: Director,
-    team: RecordedTeam,
-    most: int,
-    period: float,
-    is_over: Callable[[Tick, Tick], bool] = lambda first, last: False,
-    progress: Callable[[int], None] = lambda ticks: None,
-) -> Record:
-    """Runs until `most` ticks are done, the plant has fallen, or what is told ends it.
-
-    A plan that is not usable is the last one, shifted by the time that has passed: the loop goes on
-    with it, and its status stands in the record.
-
-    Args:
+    Attributes:
         plant: what moves, at its start.
         planner: plans from what is measured; not used before.
         director: gives each tick's commands, gait changes and pushes.
-        team: who moves, for the record.
-        most: ticks, 1 or more.
+        team: who moves, for names and for the record.
         period: s between two plans; any value, the planner's knots need not match it.
+        most: ticks of a run, 1 or more.
         is_over: of the first and the last tick, whether the run has come to its end.
-        progress: called after every tick with the number of ticks done.
     """
-    builder = RecordBuilder(team, planner.plan_time)
-    start, first = perf_counter(), None
-    for tick in islice(ticks(plant, planner, director, period), most):
-        seen, first = tick.seen, first or tick
-        row = planner.row(tick.plan)
-        more = {**row.pop("more"), **tick.values}
-        builder.append(time=seen.time, x=seen.bodies.ravel(), feet=seen.feet, more=more, **row)
-        progress(len(builder))
-        if is_over(first, tick):
-            break
-    return builder.build(
-        period=period,
-        duration=plant.time,
-        fall=plant.fall,
-        wall=perf_counter() - start,
-        extremes=plant.extremes(),
-    )
+
+    plant: Plant
+    planner: Planner
+    director: Director
+    team: RecordedTeam
+    period: float
+    most: int
+    is_over: Callable[[Tick, Tick], bool] = lambda first, last: False
+
+    def ticks(self) -> Iterator[Tick]:
+        """Plans every period until the plant can't go on or the director ends it."""
+        plant, planner = self.plant, self.planner
+        while not plant.fall:
+            seen = plant.measure()
+            pose = planner.reference_at(seen.time)
+            orders = self.director.at(seen.time, pose, self.period)
+            if orders is None:
+                return
+            take_orders(planner, orders, seen.time, self.team)
+            plan = planner.plan(seen, orders)
+            seen = plant.apply(plan, seen)
+            plant.advance(self.period, orders)
+            yield Tick(seen, plan, orders, plant.values())
+
+    def run(self, progress: Callable[[int], None] = lambda ticks: None) -> Record:
+        """Runs until the most ticks are done, it is over, the plant has fallen, or what is told
+        ends it; `progress` is called after every tick with the number of ticks done.
+
+        A plan that is not usable is the last one, shifted by the time that has passed: the loop
+        goes on with it, and its status stands in the record.
+        """
+        builder = RecordBuilder(self.team, self.planner.plan_time)
+        start, first = perf_counter(), None
+        for tick in islice(self.ticks(), self.most):
+            seen, plan, first = tick.seen, tick.plan, first or tick
+            more = {**plan.more, **tick.values}
+            x = seen.bodies.ravel()
+            builder.append(time=seen.time, x=x, feet=seen.feet, more=more, **as_fields(plan))
+            progress(len(builder))
+            if self.is_over(first, tick):
+                break
+        return builder.build(
+            period=self.period,
+            duration=self.plant.time,
+            fall=self.plant.fall,
+            wall=perf_counter() - start,
+            extremes=self.plant.extremes(),
+        )
+
+
+def take_orders(planner: Planner, orders: Orders, time: float, team: RecordedTeam) -> None:
+    """Has gaits change, and tells the planner of pushes that it may know of."""
+    for change in orders.gait_changes:
+        for robot, name in enumerate(team.names):
+            if name in (change.robots or (name,)):
+                planner.change_gait(robot, change.gait.gait, time, change.at_once)
+    known = [push for push in orders.pushes if push.known]
+    knots = planner.plan_time
+    planner.expect_wrenches(mean_wrenches(known, team.bodies, time + knots, float(knots[1])))
+
+
+def as_fields(plan: Plan) -> dict[str, Any]:
+    """A plan as fields of `Record`."""
+    return {
+        "reference": plan.reference.ravel(),
+        "contact": plan.contacts[0],
+        "force": plan.forces[0],
+        "plan_x": plan.bodies.reshape(len(plan.contacts), -1),
+        "plan_feet": plan.feet,
+        "plan_contact": plan.contacts[:-1],
+        "solve_ms": plan.solve_ms,
+        "iterations": plan.iterations,
+        "cost": plan.cost,
+        "equality_violation": plan.equality_violation,
+        "status": plan.status,
+        "usable": plan.is_usable,
+        "phases": dict(plan.phases),
+        "violation": dict(plan.violation),
+        "events": plan.events,
+    }
 
 
 def number_of_ticks(duration: float, period: float) -> int:

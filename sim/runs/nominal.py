@@ -9,7 +9,7 @@ import numpy as np
 
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
-from palanquin.sim.runs.loop import Measurement
+from palanquin.problems.planning import Measurement
 from palanquin.sim.scenarios.disturbance import mean_wrenches
 from palanquin.sim.scenarios.script import Orders
 

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems import quaternions
-from palanquin.sim.bar.scene import BarScene, build_bar_scene
-from palanquin.sim.bar.simulation import control_settings, make_simulation
-from palanquin.sim.runs.bar_planner import BarPlan
-from palanquin.sim.runs.loop import Measurement
+from palanquin.problems.gaits import Gait
+from palanquin.problems.layered.bar_planner import BarPlan
+from palanquin.problems.planning import Measurement
 from palanquin.sim.scenarios.bars import STANDING_TIME, BarScenario, start_pose
 from palanquin.sim.scenarios.limits import timesteps
 from palanquin.sim.scenarios.script import Orders
+from palanquin.sim.scenes.bar_scene import BarScene, build_bar_scene
+from palanquin.sim.scenes.simulation import control_settings, make_simulation
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ class PhysicsPlant:
         self._bars = [
             int(self.scene.model.joint(f"bar{i + 1}").qposadr[0]) for i in self._robots[:-1]
         ]
-        control = control_settings(scenario.assumed_friction, STANDING_TIME)
+        control = control_settings(scenario.assumed_friction, scenario.gait.gait, STANDING_TIME)
         sensors = scenario.sensors.settings(scenario.seed)
         self.simulation = make_simulation(
             self.scene, self.data, control, sensors, scenario.disturbances
@@ -69,6 +70,10 @@ class PhysicsPlant:
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Which feet the controllers will have on the ground at `times` [n], s: [n, R, 4]."""
         return np.stack([self.simulation.contacts(i, times) for i in self._robots], axis=1)
+
+    def change_gait(self, robot: int, gait: Gait, time: float, at_once: bool = False) -> float:
+        """Has a robot's controller begin another gait, see `GaitClock.change`; returns when, s."""
+        return self.simulation.change_gait(robot, gait.core, time, at_once)
 
     def apply(self, plan: BarPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
@@ -107,7 +112,7 @@ def targets(plan: BarPlan) -> list[_sim.RobotTarget]:
     The accelerations are those that the plan's forces, gravity and bars give: the change of
     velocity over the first interval.
     """
-    layered, bodies, planned = plan.plan, plan.seen.bodies, plan.bodies[1]
+    layered, bodies, planned = plan.layered, plan.seen.bodies, plan.bodies[1]
     rates = (planned[:, 7:13] - bodies[:, 7:13]) / layered.dt
     result = []
     for i, reference in enumerate(plan.references):

@@ -2,88 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.problems import gaits, quaternions
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems import quaternions
+from palanquin.problems.gaits import Gait, GaitClock
 from palanquin.problems.layered import rotations
+from palanquin.problems.layered.bar_planner import BarPlan
 from palanquin.problems.layered.interconnected import Team
-from palanquin.problems.layered.planner import Planner, RobotStates
+from palanquin.problems.layered.planner import RobotStates
 from palanquin.problems.layered.plant import Payload, Plant
-from palanquin.sim.runs.bar_planner import BarPlan, BarPlanner
-from palanquin.sim.runs.bar_reference import within_square
-from palanquin.sim.runs.loop import Measurement, run
-from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.teams import BarCarriers
-from palanquin.sim.scenarios.bar_team import STANDING_HEIGHT
+from palanquin.problems.layered.reference import STANDING_HEIGHT
+from palanquin.problems.planning import Command, Measurement, Velocity
+from palanquin.sim.scenarios.bar_forces import Force
+from palanquin.sim.scenarios.bar_planners import interconnected
+from palanquin.sim.scenarios.bars import BarScenario, start_pose
 from palanquin.sim.scenarios.script import Orders
 
 Array = NDArray[np.float64]
 
-SWING_TIME = 0.2  # s
 STANCE_WIDTH, STANCE_LENGTH = 0.13, 0.18  # half distances of the feet, m
 _HIPS = np.array(
     [[STANCE_LENGTH, STANCE_WIDTH], [STANCE_LENGTH, -STANCE_WIDTH],
      [-STANCE_LENGTH, STANCE_WIDTH], [-STANCE_LENGTH, -STANCE_WIDTH]]
 )  # fmt: skip
 _RAIBERT = 0.1  # s, of the velocity error in a foothold
-LEASH = within_square(0.05)
-
-Pushes = Callable[[float], np.ndarray]
-
-
-def no_push(time: float) -> np.ndarray:
-    """No external force on anybody."""
-    return np.zeros(3)
-
-
-NOTHING = Payload()
-
-
-@dataclass(frozen=True)
-class Walk:
-    """What is asked of a team, and what befalls it.
-
-    Attributes:
-        duration: s.
-        velocity: commands of all robots [3] or of each [M, 3], (vx, vy, wz) in their headings, m/s
-            and rad/s.
-        payload: on every bar, unknown to the planner.
-        pushes: external forces at the centres of mass over time, N, [M, 3] or [3] for all.
-        start: seconds of trotting on the spot before velocity and pushes begin.
-    """
-
-    duration: float = 10.0
-    velocity: tuple[float, ...] | np.ndarray = (0.3, 0.0, 0.0)
-    payload: Payload = NOTHING
-    pushes: Pushes = no_push
-    start: float = 0.5
-
-    def at(self, time: float, pose: Array, period: float) -> Orders:
-        """As of `Director`."""
-        rows = np.atleast_2d(np.asarray(self.velocity, dtype=float))
-        share = float(time >= self.start)
-        return Orders(velocities=tuple(Velocity(*(share * row).tolist()) for row in rows))
+_STILL = Command((Velocity(),))
 
 
 class ReducedPlant:
-    """Robots as single rigid bodies that trot; a foot lands where Raibert's heuristic has it.
+    """Robots as single rigid bodies that walk from the start, on massless legs and level ground; a
+    foot lands where Raibert's heuristic has it.
 
     Args:
-        team: robots and bars.
-        walk: what befalls it; of its commands the heuristic knows.
+        scenario: team, load, gait, and forces from outside at the centres of mass.
     """
 
-    def __init__(self, team: Team, walk: Walk) -> None:
-        self._plant = Plant(team, tuple(walk.payload for _ in team.bars))
-        self._walk, self._gait = walk, gaits.trot(2 * SWING_TIME)
+    def __init__(self, scenario: BarScenario) -> None:
+        team, load = interconnected(scenario.team, scenario.team.restrict), scenario.team
+        payload = Payload(load.payload, load.payload_at)
+        self._plant = Plant(team, tuple(payload for _ in team.bars))
+        self._clocks = [GaitClock(scenario.gait.gait) for _ in range(team.robots)]
+        self._forces = [force for force in scenario.disturbances if isinstance(force, Force)]
         self._ticks, self._period = 0, 0.0
-        self._state = standing(team)
-        self._stood = self._gait.stands(0.0)
+        self._state = standing(team, start_pose(scenario.seed))
+        self._command: Command = _STILL
+        self._stood = self.contacts(np.zeros(1))[0]
         self._plan: BarPlan | None = None
         self._push = np.zeros((team.robots, 3))
         self._length_error = 0.0
@@ -103,18 +69,17 @@ class ReducedPlant:
 
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Which feet stand at `times` [n], s: [n, R, 4]."""
-        flags = self._gait.stands(times / self._gait.period)
-        robots = len(self._state.position)
-        return np.broadcast_to(flags[:, None], (len(times), robots, 4))
+        return np.stack([clock.contacts(times) for clock in self._clocks], axis=1)
+
+    def change_gait(self, robot: int, gait: Gait, time: float, at_once: bool = False) -> float:
+        """Has a robot begin another gait, see `GaitClock.change`; returns when that is, s."""
+        return self._clocks[robot].change(gait, time, at_once)
 
     def measure(self) -> Measurement:
         """The state itself, after feet that land now have their footholds."""
-        flags = self._gait.stands(self.time / self._gait.period)
+        flags = self.contacts(np.array([self.time]))[0]
         if (landed := flags & ~self._stood).any():
-            orders = self._walk.at(self.time, np.zeros(3), self._period)
-            commands = [orders.of(i) for i in range(len(self._state.position))]
-            velocity = np.array([(c.vx, c.vy) for c in commands])
-            self._state = replace(self._state, feet=_step(self._state, landed, velocity))
+            self._state = replace(self._state, feet=self._footholds(landed))
         self._stood = flags
         state = self._state
         bodies = np.hstack([
@@ -130,17 +95,16 @@ class ReducedPlant:
         return seen
 
     def advance(self, period: float, orders: Orders) -> None:
-        """By the plan's forces and the walk's pushes."""
+        """By the plan's forces and those from outside."""
         if self._plan is None:
             raise RuntimeError("a plan must be applied before the bodies move")
-        moving = self.time >= self._walk.start
-        self._push = np.broadcast_to(
-            self._walk.pushes(self.time) if moving else 0.0, self._push.shape
-        )
-        forces = self._plan.plan.forces
+        self._push = np.zeros_like(self._push)
+        for force in self._forces:
+            self._push[force.robot] += force.at(self.time)
+        forces = self._plan.forces[0]
         self._state = self._plant.advance(self._state, forces, self._push, period)
         self._length_error = max(self._length_error, self._plant.constraint_error(self._state))
-        self._period = period
+        self._command, self._period = orders, period
         self._ticks += 1
 
     def values(self) -> dict[str, Array]:
@@ -152,62 +116,39 @@ class ReducedPlant:
         """How far a bar's length was off."""
         return {"bar_length_error_m": self._length_error}
 
+    def _footholds(self, landed: NDArray[np.bool_]) -> Array:
+        """Feet [M, 4, 3] after Raibert's heuristic for those that land now, [M, 4]."""
+        state, robots = self._state, range(len(self._clocks))
+        heading = state.rotation[:, :2, 0]
+        yaw = np.arctan2(heading[:, 1], heading[:, 0])
+        turn = np.stack([np.cos(yaw), -np.sin(yaw), np.sin(yaw), np.cos(yaw)], axis=-1)
+        turn = turn.reshape(-1, 2, 2)
+        told = np.array([(v.vx, v.vy) for v in (self._command.of(i) for i in robots)])
+        wanted = np.einsum("iab,ib->ia", turn, told)
+        begin, end = zip(*(c.stances(np.array([self.time])) for c in self._clocks), strict=True)
+        half_stance = 0.5 * np.round(np.subtract(end, begin)[:, 0], 9)[..., None]  # [M, 4, 1]
+        moved = state.velocity[:, None, :2]
+        offset = half_stance * moved + _RAIBERT * (moved - wanted[:, None])
+        target = state.position[:, None, :2] + offset + np.einsum("iab,fb->ifa", turn, _HIPS)
+        feet = state.feet.copy()
+        feet[landed, :2] = target[landed]
+        return feet
 
-def run_walk(
-    planner: Planner,
-    walk: Walk,
-    team: Team | None = None,
-    progress: Callable[[int], None] = lambda ticks: None,
-) -> Record:
-    """Runs a walk until its end or a fall.
 
-    Args:
-        planner: any of the layered ones, not used before.
-        walk: what is asked.
-        team: the plant's robots and bars, the planner's own unless told (the nominal planner's team
-            has no bars).
-        progress: called after every plan with the number of ticks done.
+def standing(team: Team, start: tuple[float, ...] | Array = (0.0, 0.0, 0.0)) -> RobotStates:
+    """Robots side by side along y, as far apart as the first bar is long, at their height; the
+    whole team turned and moved to `start` (x, y, yaw) [3], m and rad.
     """
-    team = team or planner.team
-    plant, leading = reduced(planner, walk, team)
-    carriers = BarCarriers(tuple(f"robot{i + 1}" for i in range(team.robots)))
-    period = planner.settings.dt
-    return run(
-        plant, leading, walk, carriers, round(walk.duration / period), period, progress=progress
-    )
-
-
-def reduced(
-    planner: Planner, walk: Walk, team: Team | None = None
-) -> tuple[ReducedPlant, BarPlanner]:
-    """The walk's plant, and the planner, as the loop takes them."""
-    plant = ReducedPlant(team or planner.team, walk)
-    return plant, BarPlanner(planner, plant.contacts, LEASH)
-
-
-def standing(team: Team) -> RobotStates:
-    """Robots side by side along y, as far apart as the first bar is long, at their height."""
+    x, y, yaw = start
+    turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1.0]])
     spacing = team.bars[0].length if team.bars else 1.0
     position = np.zeros((team.robots, 3))
     position[:, 1] = spacing * (0.5 * (team.robots - 1) - np.arange(team.robots))
     position[:, 2] = STANDING_HEIGHT
     feet = np.zeros((team.robots, 4, 3))
     feet[:, :, :2] = position[:, None, :2] + _HIPS
-    still = np.zeros((team.robots, 3))
-    return RobotStates(position, still, np.tile(np.eye(3), (team.robots, 1, 1)), still, feet)
-
-
-def _step(state: RobotStates, landed: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-    """Feet [M, 4, 3] after Raibert's heuristic for those that land; commands [M, 2] in headings."""
-    heading = state.rotation[:, :2, 0]
-    yaw = np.arctan2(heading[:, 1], heading[:, 0])
-    turn = np.stack([np.cos(yaw), -np.sin(yaw), np.sin(yaw), np.cos(yaw)], axis=-1)
-    turn = turn.reshape(-1, 2, 2)
-    hips = np.einsum("iab,fb->ifa", turn, _HIPS)
-    wanted = np.einsum("iab,ib->ia", turn, velocity)
-    moved = state.velocity[:, :2]
-    offset = 0.5 * SWING_TIME * moved + _RAIBERT * (moved - wanted)
-    feet = state.feet.copy()
-    target = (state.position[:, :2] + offset)[:, None] + hips
-    feet[:, landed, :2] = target[:, landed]
-    return feet
+    still, shift = np.zeros((team.robots, 3)), np.array([x, y, 0.0])
+    return RobotStates(
+        position @ turn.T + shift, still, np.tile(turn, (team.robots, 1, 1)), still,
+        feet @ turn.T + shift,
+    )  # fmt: skip

@@ -5,110 +5,104 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from palanquin.problems.clm.planner import Planner
+from palanquin.problems import clm, layered
 from palanquin.problems.clm.team_plan import TeamState
-from palanquin.problems.layered.planner import Planner as LayeredPlanner
-from palanquin.sim.runs import loop
-from palanquin.sim.runs.bar_planner import BarPlanner
-from palanquin.sim.runs.bar_reference import within_circle
+from palanquin.problems.layered.bar_planner import BarPlanner
+from palanquin.problems.layered.reference import within_circle, within_square
+from palanquin.sim.errors import InputError
+from palanquin.sim.runs.loop import Loop, Tick, number_of_ticks
 from palanquin.sim.runs.nominal import NominalPlant
-from palanquin.sim.runs.payload_planner import PayloadPlanner
 from palanquin.sim.runs.physics import PhysicsPlant
 from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.reduced import ReducedPlant
 from palanquin.sim.runs.teams import BarCarriers
-from palanquin.sim.scenarios.bar_planners import build_planner
 from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.files import AnyScenario
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.script import Director
-from palanquin.sim.team import Team
+from palanquin.sim.scenarios.team import Team
 
-LEASH = within_circle(0.15)
+AnyPlanner = clm.Planner | layered.Planner
+
+LEASHES = {"physics": within_circle(0.15), "reduced": within_square(0.05)}
 
 
 def run_scenario(
-    scenario: Scenario,
-    planner: Planner | None = None,
+    scenario: AnyScenario,
+    planner: AnyPlanner | None = None,
+    director: Director | None = None,
     progress: Callable[[int], None] = lambda ticks: None,
 ) -> Record:
-    """Runs a scenario of carrying hands from its start for its duration, on the planner's model.
+    """Runs a scenario from its start to its end, or to a fall; see `loop_of`.
+
+    `progress` is called after every tick with the number of ticks done.
+    """
+    return loop_of(scenario, planner, director).run(progress)
+
+
+def loop_of(
+    scenario: AnyScenario, planner: AnyPlanner | None = None, director: Director | None = None
+) -> Loop:
+    """A scenario's plant and planner, ready to run.
 
     Args:
         scenario: what to run.
-        planner: from `scenario.build_planner`, not used before; built here unless given.
-        progress: called after every tick with the number of ticks done.
+        planner: from the scenario's `build_planner`, not used before; built here unless given.
+        director: takes the place of the scenario's own commands.
 
     Raises:
-        InputError: the duration has too many periods, or not a single one.
+        InputError: the duration has too many periods, or not a single one; the planner is of
+            another kind, or its period is no multiple of a physics step.
     """
     planner = planner or scenario.build_planner()
-    start, period = scenario.start(planner), scenario.planner.period
-    director, team = scenario.script(), scenario.scene
-    return run_nominal(planner, team, director, scenario.duration, period, start, progress)
+    if isinstance(scenario, Scenario) and isinstance(planner, clm.Planner):
+        return _of_hands(scenario, planner, director)
+    if isinstance(scenario, BarScenario) and isinstance(planner, layered.Planner):
+        return _of_bars(scenario, planner, director)
+    raise InputError(f"planner: {type(planner).__name__} is not for runs of {scenario.carry}")
 
 
-def run_nominal(
-    planner: Planner,
+def _of_hands(scenario: Scenario, planner: clm.Planner, director: Director | None) -> Loop:
+    return nominal(
+        planner, scenario.scene, director or scenario.script(), scenario.duration,
+        scenario.planner.period, scenario.start(planner),
+    )  # fmt: skip
+
+
+def nominal(
+    planner: clm.Planner,
     team: Team,
     director: Director,
     duration: float,
     period: float,
     start: TeamState | None = None,
-    progress: Callable[[int], None] = lambda ticks: None,
-) -> Record:
-    """Runs a planner on its own model, from `start` or standing nominally; see `loop.run`.
+) -> Loop:
+    """A planner on its own model, from `start` or standing nominally.
 
     Raises InputError when duration or period (s) are not positive, or no period fits in.
     """
-    most = loop.number_of_ticks(duration, period)
-    plant, leading = nominal(planner, period, start)
-    return loop.run(plant, leading, director, team, most, period, progress=progress)
+    most = number_of_ticks(duration, period)
+    return Loop(NominalPlant(planner, period, start), planner, director, team, period, most)
 
 
-def nominal(
-    planner: Planner, period: float, start: TeamState | None = None
-) -> tuple[NominalPlant, PayloadPlanner]:
-    """The planner's own model, and the planner, as the loop takes them."""
-    return NominalPlant(planner, period, start), PayloadPlanner(planner)
-
-
-def run_bars(
-    scenario: BarScenario,
-    planner: LayeredPlanner | None = None,
-    director: Director | None = None,
-    progress: Callable[[int], None] = lambda ticks: None,
-) -> Record:
-    """Runs robots on bars in physics, to the end of the duration or the distance, or to a fall.
-
-    Args:
-        scenario: what to run.
-        planner: from `build_planner`, not used before; built here unless given.
-        director: takes the place of the scenario's own commands.
-        progress: called after every tick with the number of ticks done.
-
-    Raises:
-        InputError: the planner's period is no multiple of a physics step.
-    """
-    planner = planner or build_planner(scenario)
-    plant, leading = physics(scenario, planner)
+def _of_bars(scenario: BarScenario, planner: layered.Planner, director: Director | None) -> Loop:
     period = planner.settings.dt
-    carriers = BarCarriers(scenario.team.names, scenario.planner, scenario.assumed_friction)
+    plant: PhysicsPlant | ReducedPlant
+    if scenario.tracking == "reduced":
+        plant = ReducedPlant(scenario)
+    else:
+        plant = PhysicsPlant(scenario, period)
 
-    def has_arrived(first: loop.Tick, last: loop.Tick) -> bool:
+    def has_arrived(first: Tick, last: Tick) -> bool:
         x, start = last.seen.bodies[:, 0], first.seen.bodies[:, 0]
         return bool(x.min() - start.min() >= (scenario.distance or math.inf))
 
-    return loop.run(
-        plant, leading, director or scenario, carriers, ticks_of(scenario, period), period,
-        has_arrived, progress,
-    )  # fmt: skip
-
-
-def ticks_of(scenario: BarScenario, period: float) -> int:
-    """How many plans a run has at most, one for a part of a `period` (s) too."""
-    return max(1, math.ceil(scenario.duration / period - 0.1))
-
-
-def physics(scenario: BarScenario, planner: LayeredPlanner) -> tuple[PhysicsPlant, BarPlanner]:
-    """The scene at its start, and the planner, as the loop takes them."""
-    plant = PhysicsPlant(scenario, planner.settings.dt)
-    return plant, BarPlanner(planner, plant.contacts, LEASH)
+    return Loop(
+        plant,
+        BarPlanner(planner, plant, LEASHES[scenario.tracking]),
+        director or scenario,
+        BarCarriers(scenario.names, scenario.planner, scenario.assumed_friction),
+        period,
+        most=max(1, math.ceil(scenario.duration / period - 0.1)),  # a part of a period counts
+        is_over=has_arrived,
+    )

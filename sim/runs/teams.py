@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from palanquin.sim.errors import InputError
-from palanquin.sim.team import Team
+from palanquin.sim.scenarios.team import Team
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.sim.interpolation import normalised
+from palanquin.problems.quaternions import normalised
 from palanquin.sim.runs.record import Record
 
 Array = NDArray[np.float64]

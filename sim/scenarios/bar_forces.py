@@ -69,6 +69,10 @@ class Force(StrictData):
         """The force `value` (N) from `start` to `end`: a push, or a steady load."""
         return cls(robot, value, (math.inf,) * 3, (math.pi / 2,) * 3, start, end)
 
+    def at(self, time: float) -> np.ndarray:
+        """The force at `time` (s), [3], N."""
+        return np.asarray(self.on(0).force(time))
+
     def on(self, body: int) -> _sim.Push:
         """The same on a body of the model."""
         push = _sim.Push()

@@ -1,4 +1,4 @@
-"""The planner that a scenario asks for."""
+"""The planners of robots on bars, and what they are told of a team."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from palanquin.problems.layered.planner import Planner
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
 from palanquin.problems.robots import A1
 from palanquin.sim.scenarios.bar_team import ATTACH, BarTeam
-from palanquin.sim.scenarios.bars import BarScenario
 
 KINDS: dict[str, type[Planner]] = {
     "centralized": CentralizedPlanner,
@@ -39,18 +38,25 @@ rough ground: 9 of 16 runs of `palanquin campaign bar --suite rough` fell. A leg
 """
 
 
-def build_planner(scenario: BarScenario, settings: LayeredSettings = PHYSICS) -> Planner:
+def build_planner(kind: str, team: BarTeam, friction: float, settings: LayeredSettings) -> Planner:
     """Plans for the robots and their bars alone: loads, forces and restricted joints are unknown
     to it. Lowers its problem, which takes some seconds the first time.
+
+    Args:
+        kind: one of `KINDS`.
+        team: robots and bars.
+        friction: coefficient that it counts on, instead of the settings'.
+        settings: weights, horizon and rows.
     """
-    settings = replace(settings, friction=scenario.assumed_friction)
-    return KINDS[scenario.planner](planned_team(scenario.team), settings)
+    return KINDS[kind](interconnected(team), replace(settings, friction=friction))
 
 
-def planned_team(team: BarTeam) -> Team:
-    """The interconnected model of `team`: A1s as single rigid bodies, bars without mass."""
+def interconnected(team: BarTeam, restrict: tuple[str, ...] = ()) -> Team:
+    """The model of `team`: A1s as single rigid bodies, bars without mass, on joints that can't turn
+    about the axes `restrict`.
+    """
     bars = [
-        Bar(robots=(i, i + 1), length=team.length, attach=(ATTACH, ATTACH))
+        Bar(robots=(i, i + 1), length=team.length, attach=(ATTACH, ATTACH), restrict=restrict)
         for i in range(team.robots - 1)
     ]
     return Team([A1.mass] * team.robots, [COMPOSITE_INERTIA] * team.robots, bars)

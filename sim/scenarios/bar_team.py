@@ -15,9 +15,6 @@ AXES = ("roll", "pitch", "yaw")
 ATTACH = (0.0, 0.0, 0.15)
 """Interaction point d relative to a robot's centre of mass as it stands, body axes, m."""
 
-STANDING_HEIGHT = 0.26
-"""Of the centre of mass over the ground, m (V-A.1)."""
-
 MOST_ROBOTS = 6
 
 

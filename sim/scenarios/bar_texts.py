@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.planning import Velocity
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.bar_forces import Force, Rope
 from palanquin.sim.scenarios.bar_ground import KINDS, Ground

@@ -6,90 +6,46 @@ import math
 import re
 from dataclasses import asdict, dataclass, field, fields, replace
 from itertools import chain
-from numbers import Real
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from palanquin import _sim
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.layered.planner import Planner
+from palanquin.problems.layered.settings import WORKING, LayeredSettings
+from palanquin.problems.planning import Velocity
 from palanquin.schema import Path, StrictData, unknown_keys
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.bar_forces import Force, Rope
 from palanquin.sim.scenarios.bar_ground import Ground
+from palanquin.sim.scenarios.bar_planners import PHYSICS, build_planner
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bar_texts import parse_force
-from palanquin.sim.scenarios.limits import TIMESTEP, require_number, require_seed, timesteps
+from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
+from palanquin.sim.scenarios.limits import TIMESTEP, require_number, require_seed
 from palanquin.sim.scenarios.script import Orders
+from palanquin.sim.scenarios.sensors import LONGEST, Sensors
 from palanquin.sim.scenarios.vectors import Name
 
 Planning = Literal["centralized", "distributed", "nominal"]
-PLANNERS = get_args(Planning)
+Tracking = Literal["physics", "reduced"]
+PLANNERS, TRACKINGS = get_args(Planning), get_args(Tracking)
+
+SETTINGS = {"physics": PHYSICS, "reduced": WORKING}
+"""Of the planner, by how its plan is followed."""
 
 STANDING_TIME = 0.5
-"""Before the first step, s."""
+"""Before the robots are told to walk, s."""
 
-RAMP_TIME = 1.0
-"""In which the command grows to its full value after that, s."""
-
-LONGEST = 600.0
-"""Run, s."""
-
-
-@dataclass(frozen=True)
-class Sensors(StrictData):
-    """What the controllers and planners know: the state with white noise, some periods late.
-
-    Standard deviations in m, rad, m/s, rad/s; `delay` in s. All zero by default.
-    """
-
-    position: Annotated[float, Field(description="standard deviation, m")] = 0.0
-    orientation: Annotated[float, Field(description="standard deviation, rad")] = 0.0
-    velocity: Annotated[float, Field(description="standard deviation, m/s")] = 0.0
-    rate: Annotated[float, Field(description="standard deviation, rad/s")] = 0.0
-    joint_position: Annotated[float, Field(description="standard deviation, rad")] = 0.0
-    joint_velocity: Annotated[float, Field(description="standard deviation, rad/s")] = 0.0
-    delay: Annotated[float, Field(description="of the measured state, s")] = 0.0
-
-    @classmethod
-    def usual(cls, multiple: float = 1.0, delay: float = 0.0) -> Sensors:
-        """Noise of joint encoders, an IMU and a leg-odometry estimate, times `multiple`."""
-        require_number("noise", multiple, 0.0, 1000.0)
-        noise = {
-            "position": 2e-3,
-            "orientation": 3e-3,
-            "velocity": 2e-2,
-            "rate": 2e-2,
-            "joint_position": 1e-3,
-            "joint_velocity": 5e-2,
-        }
-        return cls(**{name: multiple * value for name, value in noise.items()}, delay=delay)
-
-    def settings(self, seed: int) -> _sim.MeasurementSettings:
-        """For the stepper; raises InputError for bad values, or a delay between two steps."""
-        settings = _sim.MeasurementSettings()
-        for name in (f.name for f in fields(self) if f.name != "delay"):
-            setattr(settings, name, _number(f"sensors.{name}", getattr(self, name)))
-        require_number("sensors.delay", self.delay, 0.0, LONGEST, "s")
-        settings.delay = timesteps("sensors.delay", self.delay)
-        settings.seed = seed
-        if problem := settings.explain_invalid():
-            raise InputError(f"sensors: {problem}")
-        return settings
-
-
-def _number(field: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InputError(f"{field}: {value!r} must be a number")
-    return float(value)
+GAIT = GaitChoice(name="trot", period=0.4)
+"""With which they start."""
 
 
 @dataclass(frozen=True)
 class BarScenario(StrictData):
-    """Robots in a row walk with bars between them, in full physics. The same fields stand in
-    scenario files, with `carry: bars`. Use `changed` for a variant.
+    """Robots in a row walk with bars between them. The same fields stand in scenario files, with
+    `carry: bars`. Use `changed` for a variant.
     """
 
     team: Annotated[BarTeam, Field(description="robots, bars and load")] = field(
@@ -107,6 +63,11 @@ class BarScenario(StrictData):
     velocities: Annotated[
         tuple[Velocity, ...], Field(description="of single robots instead, one each")
     ] = ()
+    ramp: Annotated[float, Field(description="in which velocities grow to their full value, s")] = (
+        1.0
+    )
+    gait: Annotated[GaitChoice, Field(description="of all robots from the start")] = GAIT
+    gait_changes: Annotated[tuple[GaitChange, ...], Field(description="on the way")] = ()
     forces: Annotated[
         tuple[str | Force | Rope, ...],
         Field(description="from outside; texts such as sin:20 or push:0,80,0@3,3.2:1 will do"),
@@ -125,6 +86,10 @@ class BarScenario(StrictData):
     seed: Annotated[
         int, Field(description="of noise, and from 1 on of a small turn and shift of the start")
     ] = 0
+    tracking: Annotated[
+        Tracking,
+        Field(description="physics and controllers, or reduced: rigid bodies on level ground"),
+    ] = "physics"
     name: Annotated[Name, Field(description="of its files and figures")] = "bar"
     summary: Annotated[str, Field(description="what one should see, in a sentence")] = ""
     carry: Annotated[Literal["bars"], Field(description="bars on joints, not hands")] = "bars"
@@ -132,8 +97,14 @@ class BarScenario(StrictData):
     def __post_init__(self) -> None:
         forces = [parsed(force, self.team.robots) for force in self.forces]
         object.__setattr__(self, "forces", tuple(chain.from_iterable(forces)))
-        if self.planner not in PLANNERS:
-            raise InputError(f"planner: {self.planner!r} is not one of {', '.join(PLANNERS)}")
+        for name, known in (("planner", PLANNERS), ("tracking", TRACKINGS)):
+            if getattr(self, name) not in known:
+                shown = f"{getattr(self, name)!r} is not one of {', '.join(known)}"
+                raise InputError(f"{name}: {shown}")
+        for change in self.gait_changes:
+            if unknown := set(change.robots) - set(self.names):
+                names = ", ".join(self.names)
+                raise InputError(f"gait_changes: {min(unknown)!r} is not one of {names}")
         if self.velocities and len(self.velocities) != self.team.robots:
             raise InputError(
                 f"velocities: {len(self.velocities)} for {self.team.robots} robots; one each"
@@ -147,7 +118,19 @@ class BarScenario(StrictData):
         if self.friction is not None:
             require_number("friction", self.friction, 0.01, 10.0)
         require_seed("seed", self.seed)
+        require_number("ramp", self.ramp, 0.0, LONGEST, "s")
         self.sensors.settings(self.seed)
+        if self.tracking == "reduced":
+            self._require_reducible()
+
+    def _require_reducible(self) -> None:
+        """Raises InputError for what rigid bodies on massless legs and level ground know not of."""
+        if self.ground.kind != "flat" or self.ground.step:
+            raise InputError("tracking: 'reduced' has flat ground only")
+        if self.sensors != Sensors():
+            raise InputError("tracking: 'reduced' has no sensors; theirs must be left out")
+        if any(isinstance(force, Rope) for force in self.disturbances):
+            raise InputError("tracking: 'reduced' has forces only, no rope")
 
     def changed(self, **fields: Any) -> BarScenario:
         """A copy with other values; raises InputError that names the field and the rule."""
@@ -167,18 +150,6 @@ class BarScenario(StrictData):
         """Of the robots, from left to right."""
         return self.team.names
 
-    @property
-    def trackings(self) -> tuple[str, ...]:
-        """How its plan can be followed."""
-        return ("physics",)
-
-    def check_tracking(self, tracking: str) -> None:
-        """Raises InputError unless the plan can be followed that way."""
-        if tracking not in self.trackings:
-            raise InputError(
-                f"tracking: '{tracking}' is not available for robots on bars; there is physics"
-            )
-
     def described(self) -> str:
         """Who walks where with what."""
         team, ground = self.team, self.ground
@@ -196,14 +167,28 @@ class BarScenario(StrictData):
         """What planner and controllers count on: 0.6 as in V-A.3, less where it is slippery."""
         return min(0.6, self.ground.friction) if self.friction is None else self.friction
 
+    @property
+    def planner_settings(self) -> LayeredSettings:
+        """Weights, horizon and rows of the planner."""
+        return SETTINGS[self.tracking]
+
+    def build_planner(self, settings: LayeredSettings | None = None) -> Planner:
+        """The scenario's planner; with other settings where they are given."""
+        settings = settings or self.planner_settings
+        return build_planner(self.planner, self.team, self.assumed_friction, settings)
+
     def at(self, time: float, pose: NDArray[np.float64], period: float) -> Orders:
-        """As of `Director`: the robots' commands."""
-        return Orders(tuple(self.command(i, time) for i in range(self.team.robots)))
+        """As of `Director`: the robots' commands, and the gait changes that have come due since
+        the last tick.
+        """
+        due = tuple(c for c in self.gait_changes if 0 <= time + 1e-9 - c.time < period)
+        return Orders(tuple(self.command(i, time) for i in range(self.team.robots)), due)
 
     def command(self, robot: int, time: float) -> Velocity:
         """Of `robot` at `time` (s): nothing while it stands, then growing to the full command."""
         full = self.commands[robot]
-        share = min(1.0, max(0.0, (time - STANDING_TIME) / RAMP_TIME))
+        since = time - STANDING_TIME
+        share = min(1.0, max(0.0, since / self.ramp)) if self.ramp else float(since >= 0)
         if share == 1.0:
             return full
         return Velocity(share * full.vx, share * full.vy, share * full.wz)
@@ -220,6 +205,8 @@ def parsed(force: str | Force | Rope, robots: int) -> tuple[Force | Rope, ...]:
 
 def _json_of(value: Any) -> Any:
     """With null for numbers that JSON has none of: a force's infinite period."""
+    if isinstance(value, GaitChoice | GaitChange):
+        return value.model_dump(mode="json")
     if isinstance(value, dict):
         return {key: _json_of(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.planning import Velocity
 from palanquin.schema import Finite, NonNegative, Positive, Strict
 
 # An instant that rounding has put just before a step counts as the step's, s.
@@ -20,7 +20,7 @@ _LATE = 1e-9
 _NEAR = 1e-4
 
 
-class Command(Protocol):
+class Course(Protocol):
     """Tells a team at every tick how fast its payload's reference shall move."""
 
     def velocity(self, time: float, pose: NDArray[np.float64], period: float) -> Velocity:

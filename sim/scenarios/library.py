@@ -16,6 +16,9 @@ SHIPPED = {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
 BARS = {path.stem: path for path in sorted((_FOLDER / "on_bars").glob("*.yaml"))}
 """Files of runs on bars by name."""
 
+SUITES = _FOLDER / "suites"
+"""A folder for each suite of a campaign, of scenarios that its seeds take in turns."""
+
 
 def find_file(name: str) -> Path:
     """The file of a shipped scenario by its name, or a file by its path (.yaml, .yml, .json).

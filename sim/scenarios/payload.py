@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from palanquin.problems import clm
 from palanquin.schema import Positive, Strict
-from palanquin.sim import team
+from palanquin.sim.scenarios import team
 from palanquin.sim.scenarios.vectors import PositiveVector
 
 Extents = tuple[float, float, float]

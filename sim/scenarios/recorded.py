@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal, Self, TextIO, TypeVar
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.planning import Velocity
 from palanquin.schema import Finite, NonNegative, Positive, Strict, dotted, faults
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.gait import GaitChoice

@@ -10,8 +10,8 @@ from palanquin.problems import clm
 from palanquin.problems.robots import QUADRUPEDS, Arm, SingleRigidBody, quadruped
 from palanquin.schema import Finite, Strict
 from palanquin.sim.scenarios.gait import GaitChoice
+from palanquin.sim.scenarios.team import Member
 from palanquin.sim.scenarios.vectors import Name, Vector
-from palanquin.sim.team import Member
 
 Model = Annotated[
     str,

@@ -27,8 +27,8 @@ from palanquin.sim.scenarios.script import Script
 from palanquin.sim.scenarios.settings import PlannerSettings
 from palanquin.sim.scenarios.start import disturbed
 from palanquin.sim.scenarios.start_pose import StartPose
+from palanquin.sim.scenarios.team import Ditch, Team
 from palanquin.sim.scenarios.vectors import Name
-from palanquin.sim.team import Ditch, Team
 
 MOST_ROBOTS = 4
 
@@ -68,9 +68,7 @@ class Scenario(Strict):
         description="of random ditches and of the start: 0 stands nominally, from 1 on bodies, "
         "velocities and feet are a little off",
     )
-    trackings: Annotated[
-        tuple[Literal["kinematic", "physics"], ...], Field(strict=False, min_length=1)
-    ] = Field(("kinematic",), description="how the plan can be followed")
+    tracking: Literal["kinematic"] = Field("kinematic", description="how the plan is followed")
     carry: Literal["hands"] = Field("hands", description="what carries; bars have fields of theirs")
     _lines: list[Line] = PrivateAttr()
 
@@ -203,11 +201,3 @@ class Scenario(Strict):
     def described(self) -> str:
         """What one should see."""
         return self.summary
-
-    def check_tracking(self, tracking: str) -> None:
-        """Raises InputError unless the plan can be followed that way."""
-        if tracking not in self.trackings:
-            raise InputError(
-                f"tracking: '{tracking}' is not available for this scenario yet; "
-                f"'{self.name}' has {', '.join(self.trackings)}"
-            )

@@ -9,31 +9,18 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.problems.clm.references import Velocity
-from palanquin.sim.scenarios.command import Command
+from palanquin.problems.planning import Command
+from palanquin.sim.scenarios.command import Course
 from palanquin.sim.scenarios.disturbance import Push
 from palanquin.sim.scenarios.gait import GaitChange
 
 
 @dataclass(frozen=True)
-class Orders:
-    """At one tick: velocities from now on, gait changes to begin, and pushes now or later.
+class Orders(Command):
+    """At one tick: a command from now on, gait changes to begin, and pushes now or later."""
 
-    A payload in hands is told one velocity; of robots on bars each its own, or all the same.
-    """
-
-    velocities: tuple[Velocity, ...]
     gait_changes: tuple[GaitChange, ...] = ()
     pushes: tuple[Push, ...] = ()
-
-    @property
-    def velocity(self) -> Velocity:
-        """Of the payload."""
-        return self.velocities[0]
-
-    def of(self, robot: int) -> Velocity:
-        """Of a robot on bars, by index."""
-        return self.velocities[robot if len(self.velocities) > 1 else 0]
 
 
 class Director(Protocol):
@@ -51,7 +38,7 @@ class Script:
     """Orders that were written down before the run."""
 
     def __init__(
-        self, command: Command, gait_changes: Sequence[GaitChange], pushes: Sequence[Push]
+        self, command: Course, gait_changes: Sequence[GaitChange], pushes: Sequence[Push]
     ) -> None:
         self._command = command
         self._gait_changes = sorted(gait_changes, key=lambda change: change.time)

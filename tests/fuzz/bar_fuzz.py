@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fuzz.harness import SCRATCH, fuzz
 
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.planning import Velocity
 from palanquin.sim.scenarios import bar_texts as texts
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bars import BarScenario

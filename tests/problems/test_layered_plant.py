@@ -5,9 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palanquin.problems.layered import Bar, CentralizedPlanner, DistributedPlanner, Team, rotations
+from palanquin.problems.layered import Bar, Team, rotations
 from palanquin.problems.layered.plant import Payload, Plant
-from palanquin.sim.runs.reduced import Walk, run_walk, standing
+from palanquin.problems.planning import Velocity
+from palanquin.sim.runs.reduced import standing
+from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.scenarios import BarScenario
+from palanquin.sim.scenarios.bar_forces import Force
+from palanquin.sim.scenarios.bar_team import BarTeam
 
 BARS = {
     "free": Bar(),
@@ -80,9 +85,12 @@ def test_rotation_helpers_invert_each_other():
     np.testing.assert_allclose(rotations.log(rotations.exp(vectors)), vectors, atol=1e-12)
 
 
-@pytest.mark.parametrize("planner", [CentralizedPlanner, DistributedPlanner])
+WALK = BarScenario(tracking="reduced", velocity=Velocity(0.3), ramp=0.0, duration=2.0)
+
+
+@pytest.mark.parametrize("planner", ["centralized", "distributed"])
 def test_a_pair_walks_with_an_unknown_payload(planner):
-    log = run_walk(planner(), Walk(duration=2.0, payload=Payload(5.0)))
+    log = run_scenario(WALK.changed(planner=planner, team=BarTeam(payload=5.0)))
     assert not log.fall
     assert not log.events
     assert log.extremes["bar_length_error_m"] < 1e-6
@@ -90,19 +98,14 @@ def test_a_pair_walks_with_an_unknown_payload(planner):
 
 
 def test_three_robots_walk_on_two_bars():
-    team = Team(
-        masses=(12.45,) * 3, inertias=((0.142, 0.388, 0.42),) * 3, bars=(Bar(), Bar(robots=(1, 2)))
-    )
-    log = run_walk(CentralizedPlanner(team), Walk(duration=1.0))
+    log = run_scenario(WALK.changed(team=BarTeam(3), duration=1.0))
     assert not log.fall
     assert not log.events
     assert log.extremes["bar_length_error_m"] < 1e-6
 
 
 def test_a_fall_ends_the_walk():
-    log = run_walk(
-        CentralizedPlanner(),
-        Walk(duration=5.0, pushes=lambda time: np.array([0.0, 400.0, 0.0]), start=0.1),
-    )
+    pushes = tuple(Force.constant(robot, (0.0, 400.0, 0.0), 0.1) for robot in (0, 1))
+    log = run_scenario(WALK.changed(forces=pushes, duration=5.0))
     assert "fell" in log.fall
     assert log.duration < 5.0

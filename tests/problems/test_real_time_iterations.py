@@ -11,9 +11,9 @@ import pytest
 from palanquin import lowering
 from palanquin.problems import clm, gaits
 from palanquin.problems.clm.planner import Planner
-from palanquin.problems.clm.references import Velocity
 from palanquin.problems.clm.team import Carrier, Payload, Team
 from palanquin.problems.clm.team_plan import TeamState
+from palanquin.problems.planning import Velocity
 from palanquin.problems.robots import LAIKAGO
 from palanquin.problems.terrains import Flat, Ramp, Terrain
 from palanquin.sim.runs.nominal import landed_feet, nominal_step

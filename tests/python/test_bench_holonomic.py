@@ -2,15 +2,15 @@
 
 import json
 
-import numpy as np
 import pytest
 from support.strict_json import strict_json
 from typer.testing import CliRunner
 
-from palanquin.benchmarks.layered import figures, survival
+from palanquin.benchmarks.layered import figures
+from palanquin.benchmarks.layered.runs import REDUCED
 from palanquin.benchmarks.layered.survival import LOADS, Run, run_load, survival_table
 from palanquin.cli import app
-from palanquin.problems.layered import Team
+from palanquin.sim.scenarios.bar_forces import Force
 
 
 def test_the_benchmark_compares_solvers_on_the_same_qps(tmp_path):
@@ -36,9 +36,10 @@ def test_a_bad_output_is_refused_before_measuring(tmp_path):
     assert "there is no folder" in result.output
 
 
-def test_a_load_knocks_the_pair_over():
-    heavy = survival.Load("much", lambda time: np.array([0.0, 500.0, 0.0]))
-    run = run_load(heavy, "working", "centralized", 3.0, Team())
+def test_a_load_knocks_the_pair_over(monkeypatch):
+    forces = tuple(Force.constant(robot, (0.0, 500.0, 0.0), 0.5) for robot in (0, 1))
+    monkeypatch.setitem(REDUCED, "much", REDUCED["none"].changed(forces=forces))
+    run = run_load("much", "working", "centralized", 3.0)
     assert not run.survived
     assert run.fell_at < 3.0
 
@@ -53,8 +54,8 @@ def test_the_table_has_a_row_per_load_and_a_column_per_planner():
     assert table[2] == "| none | stands | falls at 1.5 s, 3 failures |"
 
 
-def test_the_loads_are_named_once():
-    names = [load.name for load in LOADS]
+def test_the_loads_are_there_and_named_once():
+    names = [REDUCED[load].summary for load in LOADS]
     assert len(set(names)) == len(names)
 
 

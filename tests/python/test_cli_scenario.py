@@ -1,12 +1,17 @@
 """`palanquin scenario`: what it lists, prints and finds, and its exit status."""
 
 import json
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from palanquin import benchmarks
 from palanquin.cli import app
-from palanquin.sim.scenarios import SHIPPED, Scenario, open_scenario
+from palanquin.sim.scenarios import BARS, SHIPPED, Scenario, open_any, open_scenario
+from palanquin.sim.scenarios.library import SUITES
+
+BENCHMARKS = Path(benchmarks.__file__).parent
 
 
 def run(*arguments):
@@ -28,6 +33,16 @@ def test_a_shown_scenario_is_a_scenario_file(tmp_path):
     path.write_text(text)
     assert open_scenario(str(path)) == open_scenario("team4")
     assert run("check", path) == (0, f"{path}: nothing speaks against it\n")
+
+
+FILES = sorted([*SUITES.rglob("*.yaml"), *BENCHMARKS.rglob("*.yaml"), *BARS.values()])
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: f"{file.parent.name}/{file.stem}")
+def test_files_of_suites_and_figures_can_be_run(file):
+    status, output = run("check", file)
+    assert (status, output) == (0, f"{file}: nothing speaks against it\n")
+    assert open_any(str(file)).summary
 
 
 def test_the_schema_describes_every_field():

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from palanquin.cli import app
-from palanquin.sim import graphics
+from palanquin.sim.show import graphics
 
 KEYS = {
     "scenario",
@@ -99,7 +99,7 @@ def test_without_rerun_the_rest_is_made(tmp_path, no_graphics, monkeypatch):
     import palanquin.sim
 
     monkeypatch.setitem(sys.modules, "rerun", None)
-    monkeypatch.delitem(sys.modules, "palanquin.sim.rerun_log", raising=False)
+    monkeypatch.delitem(sys.modules, "palanquin.sim.show.rerun_log", raising=False)
     monkeypatch.delattr(palanquin.sim, "rerun_log", raising=False)
     result = run(tmp_path)
     assert result.exit_code == 0, result.output

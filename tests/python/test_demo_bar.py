@@ -36,9 +36,25 @@ def test_demo_reports_a_fall(tmp_path):
     assert json.loads((tmp_path / "bar" / "bar.json").read_text())["fall"]["cause"]
 
 
+def test_a_reduced_run_is_shown_too(tmp_path):
+    options = ["--duration", "0.6", "--tracking", "reduced", "--out", str(tmp_path)]
+    result = demo(*options)
+    assert result.exit_code == 0, result.output
+    figures = json.loads((tmp_path / "bar" / "bar.json").read_text())
+    assert figures["tracking"] == "reduced"
+    assert figures["bar_length_error_m"] < 1e-6
+    assert "torque_fraction_max" not in figures
+    assert (tmp_path / "bar" / "figures.png").stat().st_size > 10_000
+    assert (tmp_path / "bar" / "bar.rrd").stat().st_size > 10_000
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (["--tracking", "reduced", "--terrain", "rough"], "tracking: 'reduced' has flat ground"),
+        (["--tracking", "reduced", "--noise", "1"], "'reduced' has no sensors"),
+        (["--tracking", "reduced", "--force", "pull:0,-0.2@1,2"], "forces only, no rope"),
+        (["--tracking", "kinematic"], "'kinematic' is not one of physics, reduced"),
         (["--terrain", "lava"], "flat, rough, blocks"),
         (["--payload", "much"], "no finite number"),
         (["--force", "wind:2"], "must begin with"),

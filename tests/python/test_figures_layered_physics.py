@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from palanquin.benchmarks.layered import physics
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios.bars import BarScenario
 
 SET = ("blocks", "slippery", "pulled")
@@ -60,13 +60,11 @@ def reproduced(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("figures")
     short = BarScenario(duration=0.3)
-    walked = run_bars(short)
-    names = {physics.SCENARIOS[name]: name for name, _ in RUNS}
+    walked = run_scenario(short)
     runs, told, figures, done = {}, {}, {}, []
 
     def cut(scenario):
-        plain = replace(scenario, planner="centralized", duration=BarScenario().duration)
-        key = names[plain], scenario.planner
+        key = scenario.name, scenario.planner
         assert key not in runs, "made twice"
         length = 10 + RUNS.index(key)
         told[key], runs[key] = scenario, first(walked, length)
@@ -78,7 +76,7 @@ def reproduced(tmp_path_factory):
 
     original = Figure.savefig
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(physics, "run_bars", cut)
+        patch.setattr(physics, "run_scenario", cut)
         patch.setattr(Figure, "savefig", save)
         rows, files = physics.reproduce_physics(
             folder, duration=0.3, progress=lambda *part: done.append(part)

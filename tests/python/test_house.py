@@ -2,7 +2,7 @@
 
 import ast
 import re
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -19,20 +19,15 @@ ROOMS = {
     "plant": "sim/plant",
     "engine": "python/palanquin",
     "problems": "problems",
-    "scenarios": "sim/scenarios",
-    "scenes": "sim",
+    "scenarios": "sim/{scenarios,errors.py,__init__.py}",
+    "scenes": "sim/scenes",
     "runs": "sim/runs",
     "feasibility": "sim/feasibility",
+    "show": "sim/show",
     "benchmarks": "benchmarks",
     "cli": "python/palanquin/cli",
 }
 CXX = ("core", "solvers", "planning", "whole_body", "plant")
-# A file that shows a run is part of the scenes' folder, but stands above the loop.
-ABOVE_RUNS = re.compile(
-    r"sim/(bar_plots|clearance|figures|kinematic|live_\w+|overlay|recording|render|rerun_\w+|swing)\.py"
-)
-# What scenes are made of as data, and who directs a run, stand beside the scenes.
-DATA = re.compile(r"sim/(driver|errors|ground|pilot|team)\.py")
 
 LONGEST_FILE = 400
 LONGEST_COMMAND = 40
@@ -48,15 +43,11 @@ def folders(pattern):
 
 def room_of(path):
     """The room of a file, by its path below the root."""
-    if ABOVE_RUNS.fullmatch(path):
-        return "show"
-    if DATA.fullmatch(path):
-        return "scenarios"
     found = [
         (len(folder), room)
         for room, pattern in ROOMS.items()
         for folder in folders(pattern)
-        if path.startswith(f"{folder}/")
+        if f"{path}/".startswith(f"{folder}/")
     ]
     return max(found)[1] if found else None
 
@@ -69,15 +60,15 @@ def sources(*suffixes):
     return {p.relative_to(ROOT).as_posix(): p.read_text(encoding="utf-8") for p in found}
 
 
-def path_of(module):
-    """Where an imported module stands below the root; None for other packages' modules."""
+def path_of(module, known):
+    """Where an imported module or package stands below the root, one of `known`; None for others'
+    modules, and for what is no module.
+    """
     head, *rest = module.split(".")
-    if head != "palanquin":
-        return None
-    for base in ("sim", "problems", "benchmarks"):
-        if rest[:1] == [base]:
-            return "/".join(rest) + ("" if len(rest) > 1 else "/__init__") + ".py"
-    return "/".join(["python", "palanquin", *(rest or ["__init__"])]) + ".py"
+    base = [] if rest[:1] in (["sim"], ["problems"], ["benchmarks"]) else ["python", "palanquin"]
+    path = "/".join([*base, *rest])
+    found = [p for p in (f"{path}.py", f"{path}/__init__.py") if p in known]
+    return found[0] if head == "palanquin" and found else None
 
 
 def imported(text):
@@ -97,13 +88,9 @@ def uses():
     known = sources(".py")
     for path, text in known.items():
         for module in imported(text):
-            used = path_of(module)
-            # Who imports a module out of `sim` itself is counted by the module.
-            if used in (None, "sim/__init__.py") or not (
-                used in known or used[:-3] + "/__init__.py" in known
-            ):
-                continue
-            found.setdefault((room_of(path), room_of(used)), path)
+            used = path_of(module, known)
+            if used is not None:
+                found.setdefault((room_of(path), room_of(used)), path)
     for path, text in sources(".hpp", ".cpp").items():
         for room, pattern in re.findall(
             r'#include [<"]palanquin/(core|solvers|plant|control)/(\w+)', text
@@ -142,26 +129,86 @@ def test_nobody_uses_a_room_above():
         arrows = {pair for pair in arrows if pair[1] not in ground}
 
 
-@pytest.mark.parametrize(
-    ("words", "rooms"),
-    [
-        (r"#include [<\"]mujoco/", {"plant"}),
-        (r"#include [<\"]pinocchio/", {"whole_body"}),
-        (r"#include [<\"]coin-or/", {"solvers"}),
-        (r"(?m)^\s*(?:import|from) mujoco\b", {"scenes", "show", "runs"}),
-        (r"(?m)^\s*(?:import|from) rerun\b", {"show", "benchmarks"}),
-    ],
-)
+HEAVY = [
+    (r"#include [<\"]mujoco/", {"plant"}),
+    (r"#include [<\"]pinocchio/", {"whole_body"}),
+    (r"#include [<\"]coin-or/", {"solvers"}),
+    (r"(?m)^\s*(?:import|from) mujoco\b", {"scenes", "show", "runs"}),
+    (r"(?m)^\s*(?:import|from) rerun\b", {"show", "benchmarks"}),
+]
+
+
+@pytest.mark.parametrize(("words", "rooms"), HEAVY)
 def test_a_heavy_dependency_has_one_place(words, rooms):
     users = {room_of(p): p for p, text in sources(".hpp", ".cpp", ".py").items()
              if re.search(words, text)}  # fmt: skip
     assert users.keys() <= rooms, users
 
 
-def test_engine_and_controller_name_no_number_of_legs():
+# Who may use whom, from the bottom up, whatever the picture says.
+ORDERS = (
+    ("core", "solvers", "planning", "whole_body", "plant"),
+    ("problems", "scenarios", "scenes", "runs", "feasibility", "show", "benchmarks", "cli"),
+)
+
+
+def test_rooms_stand_on_those_below_them():
+    for user, used in uses():
+        for order in ORDERS:
+            if {user, used} <= set(order):
+                assert order.index(used) < order.index(user), f"{uses()[user, used]} uses {used}"
+
+
+def code_of(text):
+    """C++ without comments, which may say where an equation is from."""
+    return re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)
+
+
+LEGS = r"\bk?(?:num_?)?(?:legs|feet)\b\s*=\s*\d|\bk(?:Legs|Feet)\b|quadruped"
+PAPERS = r"kim|vincenti|coros|\bclm|layered|holonomic|payload|carrier"
+
+
+@pytest.mark.parametrize("words", [LEGS, PAPERS], ids=["number of legs", "paper"])
+def test_engine_and_controller_name_no(words):
     for path, text in sources(".hpp", ".cpp").items():
         if room_of(path) in ("core", "solvers", "whole_body"):
-            assert not re.search(r"\bk?(?:num_?)?legs\b\s*=\s*4", text, re.IGNORECASE), path
+            found = re.search(words, code_of(text), re.IGNORECASE)
+            assert not found, f"{path}: {found.group(0)}"
+
+
+# What there is once in `problems`, `sim` and the package, and where.
+ONCE = {
+    "class Loop": "sim/runs/loop.py",
+    "class Record": "sim/runs/record.py",
+    "class Command": "problems/planning.py",
+    "class Measurement": "problems/planning.py",
+    "class Velocity": "problems/planning.py",
+    "class Event": "python/palanquin/events.py",
+    "class Pilot": "sim/scenarios/pilot.py",
+    "class LiveView": "sim/show/live_view.py",
+    "def outcome": "sim/runs/run_outcome.py",
+    "def run_scenario": "sim/runs/scenarios.py",
+    "def draw_plots": "sim/show/plots.py",
+    "def write_recording": "sim/show/recording.py",
+}
+
+
+@pytest.mark.parametrize("what", ONCE)
+def test_a_newcomer_finds_it_once(what):
+    rooms = set(ROOMS) - {"benchmarks"}  # which has loops and records of solvers
+    found = [
+        path
+        for path, text in sources(".py").items()
+        if room_of(path) in rooms and re.search(rf"(?m)^{what}\b", text)
+    ]
+    assert found == [ONCE[what]]
+
+
+def test_nobody_but_the_loop_moves_a_plant():
+    users = [p for p, text in sources(".py").items() if re.search(r"\bplant\.advance\(", text)]
+    assert users == ["sim/runs/loop.py"]
+    users = [p for p, text in sources(".py").items() if "mj_step" in text]
+    assert users == []
 
 
 # Files that were longer when this rule came; they may shrink.
@@ -206,3 +253,81 @@ def test_the_way_passes_each_room_once():
     rooms = [room_of(path) for _, path in STEPS]
     visits = [room for i, room in enumerate(rooms) if i == 0 or rooms[i - 1] != room]
     assert len(visits) == len(set(visits)), visits
+
+
+# A file that breaks a rule, and the test that says so.
+BREACHES = {
+    "core uses solvers": (
+        "core/src/new.cpp", '#include "palanquin/solvers/sqp.hpp"\n',
+        test_rooms_stand_on_those_below_them,
+    ),
+    "solvers use control": (
+        "solvers/src/new.cpp", '#include "palanquin/control/planning/gait.hpp"\n',
+        test_rooms_stand_on_those_below_them,
+    ),
+    "control uses the plant": (
+        "control/src/whole_body/new.cpp", '#include "palanquin/plant/measurement.hpp"\n',
+        test_rooms_stand_on_those_below_them,
+    ),
+    "problems use scenarios": (
+        "problems/new.py", "from palanquin.sim.scenarios import Scenario\n",
+        test_rooms_stand_on_those_below_them,
+    ),
+    "scenarios use the loop": (
+        "sim/scenarios/new.py", "def f():\n    from palanquin.sim.runs import loop\n",
+        test_rooms_stand_on_those_below_them,
+    ),
+    "the loop uses pictures": (
+        "sim/runs/new.py", "import palanquin.sim.show.plots\n",
+        test_rooms_stand_on_those_below_them,
+    ),
+    "a way round": (
+        "core/src/new.cpp", '#include "palanquin/plant/measurement.hpp"\n',
+        test_nobody_uses_a_room_above,
+    ),
+    "an arrow that is not drawn": (
+        "sim/feasibility/new.py", "from palanquin.sim.show import plots\n",
+        test_the_picture_has_the_arrows_that_there_are,
+    ),
+    "a number of legs": (
+        "control/src/whole_body/new.cpp", "constexpr int kLegs = 4;\n",
+        partial(test_engine_and_controller_name_no, LEGS),
+    ),
+    "a paper": (
+        "solvers/src/new.cpp", "int layered_rows();\n",
+        partial(test_engine_and_controller_name_no, PAPERS),
+    ),
+    "another user of MuJoCo": (
+        "control/src/planning/new.cpp", "#include <mujoco/mujoco.h>\n",
+        partial(test_a_heavy_dependency_has_one_place, *HEAVY[0]),
+    ),
+    "another record": (
+        "sim/show/new.py", "class Record:\n    pass\n",
+        partial(test_a_newcomer_finds_it_once, "class Record"),
+    ),
+    "another loop": (
+        "benchmarks/new.py", "def f(plant):\n    plant.advance(0.1, None)\n",
+        test_nobody_but_the_loop_moves_a_plant,
+    ),
+    "a long command": (
+        "python/palanquin/cli/new.py", "def f():\n" + 40 * "    pass\n", test_a_command_is_short,
+    ),
+    "a long file": ("problems/new.py", 401 * "\n", test_a_file_has_one_concept),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("breach", BREACHES)
+def test_a_breach_is_found(breach, monkeypatch):
+    path, text, rule = BREACHES[breach]
+    real = sources
+
+    def with_breach(*suffixes):
+        return {**real(*suffixes), **({path: text} if path.endswith(suffixes) else {})}
+
+    monkeypatch.setattr(f"{__name__}.sources", with_breach)
+    uses.cache_clear()
+    try:
+        with pytest.raises(AssertionError):
+            rule()
+    finally:
+        uses.cache_clear()

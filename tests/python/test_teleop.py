@@ -111,9 +111,24 @@ def test_recorded_commands_need_no_terminal(tmp_path):
         assert rrd.stat().st_size > 10_000
 
 
+def test_robots_on_bars_are_driven_one_by_one(tmp_path):
+    terminal = Terminal("bar", "--headless", "--rrd", tmp_path / "live.rrd")
+    terminal.read_until("whom to drive")
+    terminal.press(b"\t")
+    terminal.read_until("trot, left")
+    terminal.press(b"\x1b[A")
+    terminal.read_until("vx 0.05")
+    terminal.press(b"q")
+    terminal.read_until(" fallbacks")
+    assert terminal.wait() == 0
+    assert (tmp_path / "live.rrd").stat().st_size > 10_000
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (["bar", "--record", "commands.jsonl"], "commands to robots on bars cannot be replayed"),
+        (["bar", "--commands", "x.jsonl"], "--commands: robots on bars have no such setting"),
         (["fly"], "scenario: 'fly' is not known"),
         (["trot"], "standard input is none; `--commands FILE` needs no keys"),
         (["trot", "--commands", "none.jsonl"], "none.jsonl: No such file"),

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from palanquin.problems.robots import quadruped
-from palanquin.sim.kinematic import track
 from palanquin.sim.runs.record import Record, RecordBuilder
-from palanquin.sim.team import Ditch, Member, Team
+from palanquin.sim.scenarios.team import Ditch, Member, Team
+from palanquin.sim.show.kinematic import track
 
 DT = 1 / 30
 HORIZON = 15

@@ -100,6 +100,26 @@ TEST(TeamSimulation, TrotsAndIsTheSameInEveryRun) {
   EXPECT_NE(trot(2), end);
 }
 
+TEST(TeamSimulation, ChangesTheGaitOfOneRobotAtTheEndOfItsCycle) {
+  QuadrupedScene scene({-0.6, 0.6});
+  TeamSimulation team = simulate(scene, scene.members(trotting(0.2)));
+  const planning::Gait stand{"stand", 0.4, {1, 1, 1, 1}, {0, 0, 0, 0}};
+  EXPECT_DOUBLE_EQ(team.change_gait(1, stand, 0.3), 0.6);  // its cycle began at 0.2 s
+  EXPECT_EQ(walk(team, 700), 700) << team.fall();
+  const auto standing = [&](int robot, double time) {
+    int count = 0;
+    for (int foot = 0; foot < 4; ++foot) count += team.controller(robot).clock().stands(foot, time);
+    return count;
+  };
+  EXPECT_EQ(standing(0, 0.65), 2);
+  EXPECT_EQ(standing(1, 0.55), 2);
+  EXPECT_EQ(standing(1, 0.65), 4);
+  EXPECT_DOUBLE_EQ(team.change_gait(0, stand, 0.75, true), 0.75);
+  EXPECT_EQ(standing(0, 0.76), 4);
+  EXPECT_THROW(team.change_gait(2, stand, 0.8), std::out_of_range);
+  EXPECT_THROW(team.change_gait(0, {"odd", 0.4, {1}, {0}}, 0.8), std::invalid_argument);
+}
+
 TEST(TeamSimulation, DoesNotAllocateWhileItRuns) {
   QuadrupedScene scene(2);
   Push push;

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palanquin.sim.area import Area
-from palanquin.sim.ditch_strips import ditch_strips
-from palanquin.sim.team import Ditch, Member, Team
+from palanquin.sim.scenarios.team import Ditch, Member, Team
+from palanquin.sim.scenes.area import Area
+from palanquin.sim.scenes.ditch_strips import ditch_strips
 
 AREA = Area(-2.0, 3.0, -1.0, 1.5)
 

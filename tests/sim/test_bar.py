@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 
 from palanquin.problems import quaternions
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.layered.reference import STANDING_HEIGHT
+from palanquin.problems.planning import Velocity
 from palanquin.problems.robots import A1
-from palanquin.sim.bar.scene import build_bar_scene
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility.bars import findings
-from palanquin.sim.runs import campaign
-from palanquin.sim.runs.loop import ticks
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.runs.scenarios import physics, run_bars
+from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import bar_texts as texts
 from palanquin.sim.scenarios.bar_forces import Force, Rope
 from palanquin.sim.scenarios.bar_ground import Ground
-from palanquin.sim.scenarios.bar_planners import PHYSICS, build_planner
-from palanquin.sim.scenarios.bar_team import ATTACH, AXES, STANDING_HEIGHT, BarTeam
-from palanquin.sim.scenarios.bars import BarScenario, Sensors
+from palanquin.sim.scenarios.bar_planners import PHYSICS
+from palanquin.sim.scenarios.bar_team import ATTACH, AXES, BarTeam
+from palanquin.sim.scenarios.bars import BarScenario
 from palanquin.sim.scenarios.script import Orders
+from palanquin.sim.scenarios.sensors import Sensors
+from palanquin.sim.scenes.bar_scene import build_bar_scene
 
 
 @pytest.fixture(scope="module", params=["centralized", "distributed"])
@@ -36,7 +36,7 @@ def walk(request):
         duration=3.0,
         seed=1,
     )
-    return run_bars(scenario)
+    return run_scenario(scenario)
 
 
 def test_robots_weigh_what_is_published_and_stand_at_their_height():
@@ -148,7 +148,7 @@ def test_planned_forces_keep_to_the_pyramid_and_to_standing_feet(walk):
 def test_runs_repeat_themselves():
     def walk(sensors: Sensors, seed: int = 2):
         scenario = BarScenario(duration=0.7, sensors=sensors, seed=seed)
-        return run_bars(scenario)
+        return run_scenario(scenario)
 
     first, second = walk(Sensors.usual()), walk(Sensors.usual())
     np.testing.assert_array_equal(first.more["qpos"], second.more["qpos"])
@@ -167,7 +167,7 @@ def test_runs_repeat_themselves():
 def test_a_fall_ends_the_run_and_says_why():
     push = Force.constant(0, (0.0, 900.0, 0.0), 0.1, 0.6)
     scenario = BarScenario(forces=(push,), duration=3.0)
-    result = run_bars(scenario)
+    result = run_scenario(scenario)
     figures = outcome(result)
     assert figures["fell"]
     assert not figures["completed"]
@@ -191,20 +191,20 @@ def test_a_rope_pulls_once_it_is_taut():
     moves = []
     for forces in ((), (rope,)):
         scenario = BarScenario(velocity=Velocity(), forces=forces, duration=0.6)
-        moves.append(run_bars(scenario).bodies[-1, 0, 0])
+        moves.append(run_scenario(scenario).bodies[-1, 0, 0])
     assert moves[1] > moves[0] + 1e-3
 
 
 def test_commands_can_change_under_way():
     scenario = BarScenario(duration=5.0)
-    planner = build_planner(scenario)
 
     class Told:
         def at(self, time, pose, period):
             return Orders((Velocity(0.2), Velocity(0.0, 0.1)))
 
-    next(ticks(*(parts := physics(scenario, planner)), Told(), planner.settings.dt))
-    told = [reference.velocity[:2] for reference in parts[1].references]
+    loop = loop_of(scenario, director=Told())
+    next(loop.ticks())
+    told = [reference.velocity[:2] for reference in loop.planner.references]
     np.testing.assert_allclose(told, [[0.2, 0.0], [0.0, 0.1]])
 
 
@@ -288,21 +288,21 @@ def test_bad_scenarios_are_explained(make, message):
 
 @pytest.mark.parametrize("dt", [0.0004, 0.0015, 0.0123, 1e-10])
 def test_a_planning_period_is_whole_physics_steps(dt):
-    planner = build_planner(BarScenario(), replace(PHYSICS, dt=dt))
+    planner = BarScenario().build_planner(replace(PHYSICS, dt=dt))
     with pytest.raises(InputError, match=r"planner.dt: .* must be whole physics steps of 0.001 s"):
-        run_bars(BarScenario(), planner)
+        run_scenario(BarScenario(), planner)
 
 
 def test_a_planning_period_of_ten_steps_is_kept():
     scenario = BarScenario(duration=0.1)
-    result = run_bars(scenario, build_planner(scenario, replace(PHYSICS, dt=0.01)))
+    result = run_scenario(scenario, scenario.build_planner(replace(PHYSICS, dt=0.01)))
     np.testing.assert_allclose(np.diff(result.time), 0.01, atol=1e-9)
     assert result.duration == pytest.approx(0.1)
 
 
 def test_the_shortest_run_has_one_plan():
     scenario = BarScenario(duration=1e-3)
-    assert outcome(run_bars(scenario))["completed"]
+    assert outcome(run_scenario(scenario))["completed"]
 
 
 BACKWARDS = Velocity(-0.5)
@@ -328,9 +328,3 @@ def test_nobody_walks_off_the_height_field(changes, message):
     assert [f.is_error for f in found] == [True] * len(found)
     assert bool(found) == (message is not None)
     assert message is None or message in found[0].message
-
-
-@pytest.mark.parametrize("suite", campaign.SUITES)
-def test_campaigns_stay_on_their_ground(suite):
-    for seed in range(4):
-        assert findings(replace(campaign.SUITES[suite](seed), seed=seed)) == []

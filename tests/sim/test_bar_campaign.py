@@ -5,9 +5,10 @@ import json
 import pytest
 
 from palanquin.sim.errors import InputError
+from palanquin.sim.feasibility import findings
 from palanquin.sim.runs import campaign
 from palanquin.sim.runs.campaign import Results, Trial, run_trials, summary, trials
-from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.bar_forces import Force
 
 
 def figures(seed: int, completed: bool = True, planner: str = "nominal") -> dict:
@@ -32,6 +33,34 @@ def test_suites_vary_with_their_seed_and_repeat(suite):
     assert first.planner == "nominal"
 
 
+@pytest.mark.parametrize("suite", campaign.SUITES)
+def test_suites_can_be_run(suite):
+    for seed in range(len(campaign.SUITES[suite])):
+        assert findings(Trial(suite, "nominal", seed).scenario()) == []
+
+
+def test_a_seed_draws_phases_and_ground_and_takes_files_in_turns():
+    scenarios = [Trial("axis40", "nominal", seed).scenario() for seed in range(4)]
+    pushed = [[bool(part) for part in s.disturbances[0].amplitude] for s in scenarios]
+    assert pushed == [[i == axis for i in range(3)] for axis in (0, 1, 2, 0)]
+    phases = {force.phase for s in scenarios for force in s.disturbances}
+    assert len(phases) == 8
+    rough = [Trial("rough", "nominal", seed).scenario().ground.heights() for seed in (1, 2)]
+    assert (rough[0] != rough[1]).any()
+    steady = Trial("opposed", "nominal", 3).scenario().disturbances[0]
+    assert steady == Force.constant(0, (0.0, -30.0, 0.0))
+
+
+def test_a_suite_of_hands_is_refused(tmp_path, monkeypatch):
+    file = tmp_path / "hands.yaml"
+    file.write_text(
+        "robots: [{name: a, attach: [0, 0, 0]}]\ncommand: {type: velocity, steps: [{}]}"
+    )
+    monkeypatch.setitem(campaign.SUITES, "flat", [file])
+    with pytest.raises(InputError, match="suite: 'flat' is of hands"):
+        Trial("flat", "nominal", 1).scenario()
+
+
 def test_a_stopped_campaign_goes_on(tmp_path):
     file = tmp_path / "results.jsonl"
     lines = [json.dumps(figures(seed)) for seed in (1, 2)]
@@ -49,7 +78,9 @@ def test_finished_trials_do_not_run_again(tmp_path):
 
 
 def test_trials_run_in_processes(tmp_path, monkeypatch):
-    monkeypatch.setitem(campaign.SUITES, "flat", lambda seed: BarScenario(duration=0.1))
+    file = tmp_path / "short.yaml"
+    file.write_text("carry: bars\nduration: 0.1\n")
+    monkeypatch.setitem(campaign.SUITES, "flat", [file])
     results = Results(tmp_path / "results.jsonl")
     rows = list(run_trials(trials("flat", ("nominal",), 2), results, jobs=2))
     assert sorted(row["seed"] for row in rows) == [1, 2]

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from palanquin.cli import app
 from palanquin.cli.demo_overrides import bars_overridden, overridden
-from palanquin.problems.clm.references import Velocity
+from palanquin.problems.planning import Velocity
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility import findings
 from palanquin.sim.scenarios import (
@@ -22,7 +22,7 @@ from palanquin.sim.scenarios import (
 from palanquin.sim.scenarios.bar_forces import Force
 from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_team import BarTeam
-from palanquin.sim.scenarios.bars import Sensors
+from palanquin.sim.scenarios.sensors import Sensors
 
 
 @pytest.fixture

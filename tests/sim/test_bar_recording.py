@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.recording import write_recording
-from palanquin.sim.runs.scenarios import run_bars
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import BarScenario
+from palanquin.sim.scenes.bar_scene import build_bar_scene
+from palanquin.sim.show.bar_motion import motion_of
+from palanquin.sim.show.recording import write_recording
 
 
 def test_it_holds_bodies_forces_plan_solver_and_control(tmp_path):
@@ -14,9 +15,10 @@ def test_it_holds_bodies_forces_plan_solver_and_control(tmp_path):
     from rerun.chunk import RrdReader
 
     scenario = BarScenario(duration=0.3)
-    record = run_bars(scenario)
+    record = run_scenario(scenario)
     path = tmp_path / "bar.rrd"
-    write_recording(record, build_bar_scene(scenario.team, scenario.ground), path)
+    scene = build_bar_scene(scenario.team, scenario.ground)
+    write_recording(record, motion_of(record, scene), path)
     chunks = {}
     for chunk in RrdReader(str(path)).stream():
         chunks.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from palanquin import _sim
-from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.bar.simulation import control_settings, make_simulation
 from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_team import BarTeam
+from palanquin.sim.scenes.bar_scene import build_bar_scene
+from palanquin.sim.scenes.simulation import control_settings, make_simulation
 
 pytestmark = pytest.mark.bindings
 

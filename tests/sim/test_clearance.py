@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from palanquin.problems.robots import quadruped
-from palanquin.sim.clearance import FAR, smallest_clearances
-from palanquin.sim.kinematic import KinematicTrajectory
-from palanquin.sim.scene import build_scene, joint_slice
-from palanquin.sim.team import Member, Team
+from palanquin.sim.scenarios.team import Member, Team
+from palanquin.sim.scenes.scene import build_scene, joint_slice
+from palanquin.sim.show.clearance import FAR, smallest_clearances
+from palanquin.sim.show.kinematic import KinematicTrajectory
 
 LAIKAGO = quadruped("laikago")
 BELOW = LAIKAGO.calf_length - LAIKAGO.leg_joint("LF", "calf").offset[2]  # soles' centres of trunk

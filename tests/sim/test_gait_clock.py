@@ -6,8 +6,8 @@ import pytest
 from palanquin import _core, _sim
 from palanquin.problems import gaits
 from palanquin.problems.robots import A1
-from palanquin.sim.quadruped import bare_quadruped
-from palanquin.sim.robot_description import describe_robot
+from palanquin.sim.scenes.quadruped import bare_quadruped
+from palanquin.sim.scenes.robot_description import describe_robot
 
 pytestmark = pytest.mark.bindings
 

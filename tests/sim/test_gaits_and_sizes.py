@@ -2,10 +2,10 @@
 
 import pytest
 
-from palanquin.sim.legs import leg_lengths, leg_limits
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario, with_robots
+from palanquin.sim.show.legs import leg_lengths, leg_limits
 
 DURATION = 2.0
 MODELS = ("laikago", "aliengo", "a1", "laikago")

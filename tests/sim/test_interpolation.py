@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from palanquin.sim.interpolation import interpolate_poses, rotate, slerp
+from palanquin.problems.quaternions import rotate
+from palanquin.sim.show.interpolation import interpolate_poses, slerp
 
 
 def about_z(angle):

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from palanquin.problems.robots import FEET, QUADRUPEDS
-from palanquin.sim.inverse_kinematics import JOINTS, InverseKinematics
-from palanquin.sim.quadruped import armed_quadruped
+from palanquin.sim.scenes.inverse_kinematics import JOINTS, InverseKinematics
+from palanquin.sim.scenes.quadruped import armed_quadruped
 
 robots = pytest.mark.parametrize("model", QUADRUPEDS.values(), ids=QUADRUPEDS)
 

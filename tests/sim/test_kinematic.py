@@ -6,10 +6,10 @@ import pytest
 
 from palanquin.problems.robots import FEET, LAIKAGO, quadruped
 from palanquin.sim.errors import InputError
-from palanquin.sim.kinematic import track
-from palanquin.sim.scene import build_scene
-from palanquin.sim.swing import foot_path
-from palanquin.sim.team import Member, Team
+from palanquin.sim.scenarios.team import Member, Team
+from palanquin.sim.scenes.scene import build_scene
+from palanquin.sim.show.kinematic import track
+from palanquin.sim.show.swing import foot_path
 
 RAMP = {"type": "ramp", "H": 1.0, "kappa": 0.4, "xg": 0.6}
 

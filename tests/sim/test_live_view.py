@@ -5,20 +5,20 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from palanquin.sim.live_swing import LiveFeet
-from palanquin.sim.runs import loop
-from palanquin.sim.runs.scenarios import nominal
-from palanquin.sim.scenarios import open_scenario
+from palanquin.sim.runs.scenarios import loop_of
+from palanquin.sim.scenarios import BarScenario, open_scenario
+from palanquin.sim.show.live_stage import stage_of
+from palanquin.sim.show.live_swing import LiveFeet
 
 TICKS = 20
+BARS = BarScenario()
+REDUCED = BarScenario(tracking="reduced")
 
 
 @pytest.fixture(scope="module")
 def ticks():
     scenario = open_scenario("trot")
-    period = scenario.planner.period
-    run = loop.ticks(*nominal(scenario.build_planner(), period), scenario.script(), period)
-    return scenario, list(islice(run, TICKS))
+    return scenario, list(islice(loop_of(scenario).ticks(), TICKS))
 
 
 def test_standing_feet_stand_and_swinging_feet_rise_between_their_footholds(ticks):
@@ -33,31 +33,52 @@ def test_standing_feet_stand_and_swinging_feet_rise_between_their_footholds(tick
     assert np.linalg.norm(np.diff(feet, axis=0), axis=-1).max() < 0.2
 
 
-def test_a_live_recording_holds_bodies_plan_and_figures(ticks, tmp_path):
+def logged(scenario, run, path):
+    """Entities of a live recording by their paths."""
     pytest.importorskip("rerun", reason="the extra viz is not installed")
     from rerun.chunk import RrdReader
 
-    from palanquin.sim.live_view import LiveView
+    from palanquin.sim.show.live_view import LiveView
 
-    scenario, run = ticks
-    path = tmp_path / "live.rrd"
-    start = run[0].seen.bodies[0, :3]
-    view = LiveView(scenario.scene, scenario.planner.dt, start, path, spawn=False)
+    view = LiveView(stage_of(scenario), path, spawn=False)
     for tick in run:
         view.show(tick)
     view.close()
     found = {}
     for chunk in RrdReader(str(path)).stream():
         found.setdefault(str(chunk.entity_path), []).append(chunk.to_record_batch())
-    expected = {"/world/payload", "/world/terrain", "/world/left/LF_calf", "/world/left/forces"}
-    expected |= {"/plan/payload", "/plan/right", "/plan/right/footholds", "/solver/solve_ms"}
-    assert expected <= set(found)
-    positions = [
+    return found
+
+
+def positions(batches):
+    return [
         position[0]
-        for batch in found["/world/payload"]
+        for batch in batches
         for name in batch.schema.names
         if name.endswith("translation")
         for position in batch.column(name).to_pylist()
     ]
+
+
+def test_a_live_recording_holds_bodies_plan_and_figures(ticks, tmp_path):
+    scenario, run = ticks
+    found = logged(scenario, run, tmp_path / "live.rrd")
+    expected = {"/world/payload", "/world/terrain", "/world/left/LF_calf", "/world/left/forces"}
+    expected |= {"/plan/payload", "/plan/right", "/plan/right/footholds", "/solver/solve_ms"}
+    assert expected <= set(found)
     wanted = [tick.seen.bodies[0, :3] for tick in run]
-    np.testing.assert_allclose(positions, wanted, atol=1e-6)
+    np.testing.assert_allclose(positions(found["/world/payload"]), wanted, atol=1e-6)
+
+
+@pytest.mark.parametrize("scenario", [BARS, REDUCED], ids=["physics", "reduced"])
+def test_robots_on_bars_are_shown_too(scenario, tmp_path):
+    run = list(islice(loop_of(scenario).ticks(), TICKS))
+    found = logged(scenario, run, tmp_path / "live.rrd")
+    expected = {"/world/left/trunk", "/world/bar1", "/world/ground/surface", "/world/left/forces"}
+    expected |= {"/plan/left", "/plan/right/footholds", "/solver/solve_ms"}
+    expected |= {"/solver/violation/friction"}
+    assert expected <= set(found), sorted(expected - set(found))
+    shown = positions(found["/world/bar1"])
+    assert len(shown) == 6  # in 0.1 s of 200 ticks a second
+    middle = run[0].seen.bodies[:, :3].mean(axis=0) + np.array([0, 0, 0.15])
+    np.testing.assert_allclose(shown[0], middle, atol=0.01)

@@ -6,14 +6,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from palanquin.sim.clearance import smallest_clearances
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility.obstacles import obstacles_beside_the_way
-from palanquin.sim.kinematic import track
-from palanquin.sim.runs.scenarios import run_nominal
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
-from palanquin.sim.scene import build_scene
-from palanquin.sim.team import Team
+from palanquin.sim.scenarios.team import Team
+from palanquin.sim.scenes.scene import build_scene
+from palanquin.sim.show.clearance import smallest_clearances
+from palanquin.sim.show.kinematic import track
 
 TROT = open_scenario("trot")
 
@@ -55,10 +55,7 @@ def test_nothing_touches_a_wall_beside_the_way():
     """The team is told to walk along a wall into which its beam would reach."""
     wall = {"type": "wall", "start": [0.5, 1.0], "end": [3.0, 0.85], "thickness": 0.1}
     scenario = TROT.changed(obstacles=[wall], duration=2.5)
-    planner = scenario.build_planner()
-    rollout = run_nominal(
-        planner, scenario.scene, scenario.script(), 2.5, 1 / 30, scenario.start(planner)
-    )
+    rollout = run_scenario(scenario)
     clearance = smallest_clearances(track(rollout, frame_rate=10.0), every=1)["obstacles"]
     assert 0.0 < clearance.distance < 0.1
     assert clearance.body == "payload"

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from palanquin.problems.clm import Velocity
-from palanquin.sim.pilot import GAITS, KEYS, Pilot
-from palanquin.sim.runs.loop import ticks
-from palanquin.sim.runs.scenarios import nominal, run_scenario
-from palanquin.sim.scenarios import open_scenario
+from palanquin.problems.planning import Velocity
+from palanquin.sim.runs.scenarios import loop_of, run_scenario
+from palanquin.sim.scenarios import BarScenario, open_scenario
+from palanquin.sim.scenarios.pilot import GAITS, Pilot
 from palanquin.sim.scenarios.recorded import CommandFileError, CommandRecorder, replayed
 
 TROT = open_scenario("trot")
@@ -17,7 +16,7 @@ POSE = np.zeros(3)
 
 @pytest.fixture
 def pilot():
-    return Pilot(TROT.bodies, "trot")
+    return Pilot.of(TROT)
 
 
 def press(pilot, *keys):
@@ -34,7 +33,7 @@ def test_keys_change_the_velocity_and_space_stops(pilot):
 
 def test_velocities_have_limits(pilot):
     press(pilot, *["up"] * 40, *["d"] * 40, *["right"] * 40)
-    assert pilot.velocity == Velocity(0.8, -0.4, -0.5)
+    assert pilot.velocities == [Velocity(0.8, -0.4, -0.5)]
 
 
 def test_a_gait_is_ordered_once(pilot):
@@ -50,11 +49,11 @@ def test_who_stands_does_not_walk(pilot):
     assert pilot.at(0.0, POSE, PERIOD).velocity == Velocity()
     press(pilot, "2", "up")
     assert pilot.note == ""
-    assert pilot.velocity == Velocity(0.05)
+    assert pilot.velocities == [Velocity(0.05)]
 
 
 def test_pushes_are_sideways_to_the_heading(pilot):
-    press(pilot, "p", "tab", "o")
+    press(pilot, "tab", "p", "o")
     left, right = pilot.at(1.5, np.array([0.0, 0.0, np.pi / 2]), PERIOD).pushes
     assert (left.body, right.body) == ("payload", "payload")
     np.testing.assert_allclose(left.force, [-100.0, 0.0, 0.0], atol=1e-12)
@@ -69,11 +68,42 @@ def test_other_keys_do_nothing(pilot):
     assert (orders.velocity, orders.gait_changes, orders.pushes) == (Velocity(), (), ())
     assert not pilot.has_quit
     press(pilot, "q")
-    assert pilot.has_quit
+    assert pilot.at(0.0, POSE, PERIOD) is not None  # a run has one tick at least
+    assert pilot.at(0.1, POSE, PERIOD) is None
 
 
-def test_the_help_names_every_gait():
-    assert ", ".join(GAITS) in dict(KEYS)["1 to 6"]
+def test_the_help_names_every_gait_and_who_can_be_pushed(pilot):
+    assert ", ".join(GAITS) in dict(pilot.keys)["1 to 6"]
+    assert "p, o" in dict(pilot.keys)
+    assert "p, o" not in dict(Pilot.of(BarScenario()).keys)
+
+
+def test_keys_drive_all_robots_on_bars_or_one():
+    pilot = Pilot.of(BarScenario())
+    press(pilot, "up", "up", "left")
+    assert pilot.velocities == [Velocity(0.1, 0.0, 0.05)] * 2
+    press(pilot, "tab", "tab", "down", "p", "x")
+    assert pilot.velocities == [Velocity(0.1, 0.0, 0.05), Velocity(0.05, 0.0, 0.05)]
+    assert pilot.described() == "right, trot: 0.05 m/s, 0.00 m/s, 0.05 rad/s"
+    assert pilot.at(0.0, POSE, PERIOD).pushes == ()
+    press(pilot, "tab", "space")
+    assert pilot.velocities == [Velocity()] * 2
+    press(pilot, *["up"] * 20, *["a"] * 20, *["right"] * 20)
+    assert pilot.velocities == [Velocity(0.6, 0.2, -0.4)] * 2
+
+
+def test_a_run_on_bars_follows_the_keys_and_ends_with_q():
+    scenario = BarScenario(duration=5.0)
+    pilot, keys = Pilot.of(scenario), iter(["x", "x", "up", "x", "x", "q"])
+
+    class Keys:
+        def at(self, time, pose, period):
+            pilot.press(next(keys))
+            return pilot.at(time, pose, period)
+
+    result = run_scenario(scenario, director=Keys())
+    assert result.duration == pytest.approx(5 * 0.005)
+    assert result.references[:, 0, 7] == pytest.approx([0, 0, 0.05, 0.05, 0.05])
 
 
 PRESSES = {3: ["up", "up", "left"], 10: ["3"], 20: ["p"], 25: ["tab", "o", "space"], 40: ["up"]}
@@ -83,9 +113,9 @@ PRESSES = {3: ["up", "up", "left"], 10: ["3"], 20: ["p"], 25: ["tab", "o", "spac
 def session(tmp_path_factory):
     """Bodies at every tick of a session at the keyboard, and its file."""
     path = tmp_path_factory.mktemp("session") / "commands.jsonl"
-    pilot, bodies = Pilot(TROT.bodies, "trot"), []
+    pilot, bodies = Pilot.of(TROT), []
     with CommandRecorder(pilot, path) as director:
-        for n, tick in enumerate(ticks(*nominal(TROT.build_planner(), PERIOD), director, PERIOD)):
+        for n, tick in enumerate(loop_of(TROT, director=director).ticks()):
             bodies.append(tick.seen.bodies.ravel())
             press(pilot, *PRESSES.get(n, []))
             if n == 59:

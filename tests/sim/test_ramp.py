@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from palanquin.sim.legs import leg_lengths, leg_limits
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
+from palanquin.sim.show.legs import leg_lengths, leg_limits
 
 PERIOD, DURATION = 1 / 30, 5.0
 REACH = 1e-3  # m, of which a leg may be too long

@@ -9,7 +9,7 @@ from palanquin.events import Event, EventKind
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.record import Record, RecordBuilder, tick_shapes
 from palanquin.sim.runs.teams import BarCarriers
-from palanquin.sim.team import Ditch
+from palanquin.sim.scenarios.team import Ditch
 
 PHASES = ("linearise", "solve")
 FAMILIES = ("friction", "reach")

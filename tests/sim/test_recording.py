@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
+from palanquin.problems.quaternions import normalised
 from palanquin.sim.errors import MissingExtraError
-from palanquin.sim.interpolation import normalised
-from palanquin.sim.recording import write_recording
+from palanquin.sim.show.recording import write_recording
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +63,10 @@ def test_swing_feet_have_no_force_arrow(chunks, rollout):
 
 def test_missing_rerun_is_explained(rollout, trajectory, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun", None)
-    for module in [name for name in sys.modules if name.startswith("palanquin.sim.rerun_")]:
+    for module in [name for name in sys.modules if name.startswith("palanquin.sim.show.rerun_")]:
         monkeypatch.delitem(sys.modules, module)
-    import palanquin.sim
+    import palanquin.sim.show
 
-    monkeypatch.delattr(palanquin.sim, "rerun_log", raising=False)
+    monkeypatch.delattr(palanquin.sim.show, "rerun_log", raising=False)
     with pytest.raises(MissingExtraError, match=r"palanquin\[viz\]"):
         write_recording(rollout, trajectory, tmp_path / "run.rrd")

@@ -8,12 +8,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from palanquin.sim import graphics
 from palanquin.sim.errors import GraphicsError, InputError
-from palanquin.sim.figures import draw_figures
-from palanquin.sim.overlay import GHOST_SCALE, draw_ghost
-from palanquin.sim.render import open_renderer, planned_motion, render_picture, render_video
-from palanquin.sim.team import Payload
+from palanquin.sim.scenarios.team import Payload
+from palanquin.sim.show import graphics
+from palanquin.sim.show.overlay import GHOST_SCALE, draw_ghost
+from palanquin.sim.show.plots import draw_plots
+from palanquin.sim.show.render import open_renderer, planned_motion, render_picture, render_video
 
 
 @pytest.fixture
@@ -94,8 +94,8 @@ def test_no_graphics_is_explained(motion, monkeypatch):
 
 
 def test_import_needs_no_graphics():
-    modules = "kinematic, recording, render, figures, graphics, overlay"
-    code = f"import sys; sys.modules['OpenGL'] = None; from palanquin.sim import {modules}"
+    modules = "kinematic, recording, render, plots, graphics, overlay"
+    code = f"import sys; sys.modules['OpenGL'] = None; from palanquin.sim.show import {modules}"
     environment = {**os.environ, "MUJOCO_GL": "disable"}
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False
@@ -106,7 +106,7 @@ def test_import_needs_no_graphics():
 def test_figures_are_drawn(rollout, tmp_path):
     from matplotlib.image import imread
 
-    draw_figures(rollout, tmp_path / "figures.png")
+    draw_plots(rollout, tmp_path / "figures.png")
     image = imread(tmp_path / "figures.png")
     assert image.shape[0] > 900
     assert (image[..., :3].min(axis=2) < 0.5).mean() > 0.005

@@ -6,8 +6,8 @@ import pytest
 
 from palanquin._sim import BodyDescription, RobotDescription, RobotModel, RobotState
 from palanquin.problems.robots import A1, LAIKAGO
-from palanquin.sim.quadruped import armed_quadruped, bare_quadruped
-from palanquin.sim.robot_description import describe_robot
+from palanquin.sim.scenes.quadruped import armed_quadruped, bare_quadruped
+from palanquin.sim.scenes.robot_description import describe_robot
 
 pytestmark = pytest.mark.bindings
 

@@ -5,9 +5,9 @@ import pytest
 
 from palanquin import _sim
 from palanquin.problems.robots import A1, ALIENGO, FEET, LAIKAGO
-from palanquin.sim.inverse_kinematics import InverseKinematics
-from palanquin.sim.quadruped import armed_quadruped, bare_quadruped
-from palanquin.sim.robot_description import describe_robot
+from palanquin.sim.scenes.inverse_kinematics import InverseKinematics
+from palanquin.sim.scenes.quadruped import armed_quadruped, bare_quadruped
+from palanquin.sim.scenes.robot_description import describe_robot
 
 pytestmark = pytest.mark.bindings
 

@@ -6,8 +6,8 @@ import pytest
 
 from palanquin.errors import PalanquinError
 from palanquin.problems.robots import DYNAARM, FEET, LAIKAGO, QUADRUPEDS, quadruped
-from palanquin.sim.inverse_kinematics import JOINTS, InverseKinematics
-from palanquin.sim.quadruped import armed_quadruped
+from palanquin.sim.scenes.inverse_kinematics import JOINTS, InverseKinematics
+from palanquin.sim.scenes.quadruped import armed_quadruped
 
 PUBLISHED_TOTAL = {"laikago": 25.433, "a1": 12.453, "aliengo": 23.24}
 

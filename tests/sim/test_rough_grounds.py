@@ -7,12 +7,12 @@ import pytest
 
 from palanquin.benchmarks import courses
 from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
-from palanquin.sim.area_prisms import prism
 from palanquin.sim.errors import InputError
-from palanquin.sim.ground import kind_of
-from palanquin.sim.runs.scenarios import run_nominal
+from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
-from palanquin.sim.scene import build_scene
+from palanquin.sim.scenarios.ground import kind_of
+from palanquin.sim.scenes.area_prisms import prism
+from palanquin.sim.scenes.scene import build_scene
 
 
 def test_a_prism_is_closed_and_faces_outwards():
@@ -30,10 +30,7 @@ def test_shipped_scenarios_start_and_are_shown(name):
     scene = build_scene(scenario.scene)
     geoms = [scene.model.geom(i).name for i in range(scene.model.ngeom)]
     assert sum(geom.startswith("area/") for geom in geoms) == len(scenario.ground.areas)
-    planner = scenario.build_planner()
-    rollout = run_nominal(
-        planner, scenario.scene, scenario.script(), 0.5, 1 / 30, scenario.start(planner)
-    )
+    rollout = run_scenario(scenario)
     assert rollout.violation["area"].max() < 1e-3
     assert json.loads(scenario.scene.to_json())["terrain"]["type"] in (name, "stones")
 
@@ -42,8 +39,7 @@ def test_courses_measure_how_far_feet_are_outside():
     scenario = courses.variant("stones", 3).changed(duration=0.4)
     assert scenario.terrain.seed == 3
     assert courses.run_course(scenario)["outside_m"] < 1e-3
-    planner = scenario.build_planner()
-    rollout = run_nominal(planner, scenario.scene, scenario.script(), 0.4, 1 / 30)
+    rollout = run_scenario(scenario)
     island = FootholdAreas((FootholdArea.rectangle((10.0, 0.0), (1.0, 9.0)),))
     farthest = 9.5 - rollout.feet[rollout.contact > 0.5][:, 0].min()
     assert courses.outside(island, rollout) == pytest.approx(farthest, abs=1e-6)

@@ -31,7 +31,6 @@ def test_shipped_scenarios_are_valid(name):
     scenario = open_scenario(name)
     assert scenario.name == name
     assert scenario.summary
-    assert "kinematic" in scenario.trackings
     assert scenario.team.robots == [robot.name for robot in scenario.scene.robots]
 
 
@@ -109,7 +108,7 @@ def test_a_payload_has_its_shapes_inertia_unless_told(shape, moments):
 
 
 def test_a_scene_gives_the_payload_the_inertia_of_its_shape():
-    from palanquin.sim.scene import build_scene
+    from palanquin.sim.scenes.scene import build_scene
 
     shape = {"type": "cylinder", "radius": 0.05, "length": 2.0, "axis": "x"}
     scenario = TROT.changed(payload={"mass": 3.0, "shape": shape})
@@ -158,8 +157,8 @@ def test_a_bad_robot_names_the_model():
 
 
 def test_tracking_that_is_not_there_is_refused():
-    with pytest.raises(InputError, match="'physics' is not available for this scenario yet"):
-        TROT.check_tracking("physics")
+    with pytest.raises(InputError, match=r"tracking: is 'physics'; .*'kinematic'"):
+        TROT.changed(tracking="physics")
 
 
 def test_unknown_names_are_refused():

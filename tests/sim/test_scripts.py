@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from palanquin.sim.runs.loop import take_orders
 from palanquin.sim.runs.nominal import nominal_step
-from palanquin.sim.runs.payload_planner import take_orders
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import open_scenario
@@ -72,7 +72,7 @@ def test_a_known_push_stands_in_the_plan_while_it_lasts():
     scenario = TROT.changed(command=STILL, pushes=[push(known=True)])
     planner = scenario.build_planner()
     orders = scenario.script().at(0.4, planner.reference_at(0.4), PERIOD)
-    take_orders(planner, orders, 0.4)
+    take_orders(planner, orders, 0.4, scenario.scene)
     assert orders.pushes == scenario.pushes
     force = planner.params["left.external_force"][:, 1]
     late = 0.4 + planner.dt * np.arange(planner.horizon + 1) >= 0.5 - 1e-9

@@ -1,22 +1,25 @@
 """Every setting of a scenario reaches what it names."""
 
 from dataclasses import fields, replace
+from itertools import islice
 
 import mujoco
 import numpy as np
 import pytest
 
 from palanquin.problems.modules.wrench_cone import WrenchCone
-from palanquin.sim.bar.scene import build_bar_scene
+from palanquin.problems.planning import Velocity
 from palanquin.sim.feasibility.route import payload_route
-from palanquin.sim.runs.loop import ticks
-from palanquin.sim.runs.scenarios import nominal, physics, run_scenario
+from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 from palanquin.sim.scenarios.bar_ground import Ground
-from palanquin.sim.scenarios.bar_planners import KINDS, build_planner
+from palanquin.sim.scenarios.bar_planners import KINDS
 from palanquin.sim.scenarios.bar_team import BarTeam
-from palanquin.sim.scenarios.bars import BarScenario, Sensors
+from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
+from palanquin.sim.scenarios.sensors import Sensors
 from palanquin.sim.scenarios.settings import PlannerSettings, WeightSettings
+from palanquin.sim.scenes.bar_scene import build_bar_scene
 
 TROT = open_scenario("trot")
 
@@ -127,16 +130,15 @@ OTHERS = {
     "pushes": {"pushes": [{"body": "left", "force": [0, 9, 0], "start": 0, "duration": 1}]},
     "seed": {"seed": 4},
 }
-NOT_OF_THE_RUN = {"carry", "name", "summary", "trackings"}
+NOT_OF_THE_RUN = {"carry", "name", "summary", "tracking"}
 TESTED_ABOVE = {"planner", "duration", "obstacles"}
 
 
 def essence(scenario):
     """The first tick of a run and its scene, as numbers and text."""
     planner = scenario.build_planner(max_iterations=1)
-    state, script = scenario.start(planner), scenario.script()
-    period = scenario.planner.period
-    tick = next(ticks(*nominal(planner, period, state), script, period))
+    tick = next(loop_of(scenario, planner).ticks())
+    state = scenario.start_state()
     return (
         scenario.scene.to_json(),
         planner.params.values.round(9).tobytes(),
@@ -172,17 +174,98 @@ def test_a_sensor_setting_reaches_the_measurement(field):
     assert all(getattr(settings, other) == 0 for other in others)
 
 
+BAR = BarScenario(duration=2.0)
+# What a run on bars is made of, by field.
+BARS = {
+    "team": {"team": BarTeam(payload=3.0)},
+    "ground": {"ground": Ground(step=0.05)},
+    "planner": {"planner": "nominal"},
+    "velocity": {"velocity": Velocity(0.2)},
+    "velocities": {"velocities": (Velocity(0.5), Velocity(0.4))},
+    "ramp": {"ramp": 0.2},
+    "gait": {"gait": GaitChoice(name="pace", period=0.4)},
+    "gait_changes": {
+        "gait_changes": (GaitChange(time=0.0, gait=GaitChoice(name="trot"), robots=("left",)),)
+    },
+    "forces": {"forces": ("push:0,20,0@0,1",)},
+    "sensors": {"sensors": Sensors(position=0.01)},
+    "friction": {"friction": 0.3},
+    "duration": {"duration": 1.0},
+    "distance": {"distance": 1e-3},
+    "seed": {"seed": 4},
+    "tracking": {"tracking": "reduced"},
+}
+REDUCED = BARS.keys() - {"ground", "sensors", "tracking"}
+
+
+def essence_of_bars(scenario):
+    """The first ticks of a run on bars, and what is told over its time, as numbers."""
+    loop = loop_of(scenario)
+    ticks = list(islice(loop.ticks(), 3))
+    told = [scenario.at(time, np.zeros(3), 0.005).velocities for time in (0.4, 0.6, 1.0, 1.6)]
+    contacts = loop.plant.contacts(np.linspace(0, 2, 60))
+    settings = loop.planner.planner.settings
+    return (
+        loop.most,
+        [tick.seen.bodies.round(9).tolist() for tick in ticks],
+        [{name: values.tolist() for name, values in tick.values.items()} for tick in ticks],
+        [tick.plan.forces.round(6).tolist() for tick in ticks],
+        loop.is_over(ticks[0], farther(ticks[0])),
+        told,
+        contacts.tolist(),
+        settings.friction,
+        type(loop.planner.planner),
+    )
+
+
+def farther(tick):
+    """The tick as if the team had come 1 cm."""
+    bodies = tick.seen.bodies + 0.01 * np.eye(13)[0]
+    return replace(tick, seen=replace(tick.seen, bodies=bodies))
+
+
+@pytest.fixture(scope="module")
+def plain_bars():
+    return {
+        tracking: essence_of_bars(BAR.changed(tracking=tracking))
+        for tracking in ("physics", "reduced")
+    }
+
+
+def test_the_table_has_every_field_of_a_run_on_bars():
+    assert BARS.keys() | {"carry", "name", "summary"} == {f.name for f in fields(BarScenario)}
+
+
+@pytest.mark.parametrize("name", BARS)
+def test_a_field_reaches_the_run_on_bars(name, plain_bars):
+    assert essence_of_bars(BAR.changed(**BARS[name])) != plain_bars["physics"]
+
+
+@pytest.mark.parametrize("name", sorted(REDUCED))
+def test_a_field_reaches_the_reduced_run(name, plain_bars):
+    scenario = BAR.changed(tracking="reduced", **BARS[name])
+    assert essence_of_bars(scenario) != plain_bars["reduced"]
+
+
+def test_the_restricted_axes_reach_the_reduced_plant():
+    free, held = (
+        loop_of(BAR.changed(tracking="reduced", team=BarTeam(restrict=axes)))
+        for axes in ((), ("yaw",))
+    )
+    rows = [len(next(loop.ticks()).values["multipliers"]) for loop in (free, held)]
+    assert rows == [1, 3]
+
+
 def test_what_planner_and_controllers_of_a_bar_are_told():
     scenario = BarScenario(team=BarTeam(3), ground=Ground(friction=0.4), planner="distributed")
-    planner = build_planner(scenario)
+    planner = scenario.build_planner()
     assert isinstance(planner, KINDS["distributed"])
     assert planner.settings.friction == 0.4
-    assert build_planner(replace(scenario, friction=0.3)).settings.friction == 0.3
-    scenario = replace(scenario, seed=3)
-    plant, leading = physics(scenario, planner)
-    next(ticks(plant, leading, scenario, planner.settings.dt))
-    assert len(leading.references) == 3
-    assert abs(leading.references[0].yaw) > 1e-3  # turned by the seed
+    assert replace(scenario, friction=0.3).build_planner().settings.friction == 0.3
+    loop = loop_of(replace(scenario, seed=3), planner)
+    next(loop.ticks())
+    assert len(loop.planner.references) == 3
+    assert abs(loop.planner.references[0].yaw) > 1e-3  # turned by the seed
 
 
 @pytest.mark.parametrize(

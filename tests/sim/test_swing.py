@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palanquin.sim.swing import Swing, foot_path, swings_of_foot
+from palanquin.sim.show.swing import Swing, foot_path, swings_of_foot
 
 STEP = Swing(1.0, 1.4, np.array([0.1, 0.2, 0.0]), np.array([0.3, 0.25, 0.06]), 0.08)
 

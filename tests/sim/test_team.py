@@ -3,7 +3,7 @@
 import pytest
 
 from palanquin.errors import PalanquinError
-from palanquin.sim.team import Ditch, Member, Payload, Team
+from palanquin.sim.scenarios.team import Ditch, Member, Payload, Team
 
 LEFT = Member("left", "laikago", (0.0, 0.6, 0.0))
 

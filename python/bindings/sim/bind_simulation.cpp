@@ -142,6 +142,10 @@ void bind_simulation(nb::module_& m) {
       .def("run", &TeamSimulation::run, "periods"_a, "targets"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
+      .def("change_gait", &TeamSimulation::change_gait, "robot"_a, "gait"_a, "time"_a,
+           "at_once"_a = false,
+           nb::sig("def change_gait(self, robot: int, gait: object, time: float, "
+                   "at_once: bool = False) -> float"))
       .def("measured", guarded("measured", &TeamSimulation::measured), "robot"_a)
       .def("qp", guarded("qp", &last_qp), "robot"_a,
            "A copy of the controller's last QP: torques, then the contacts' forces.")

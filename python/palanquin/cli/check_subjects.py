@@ -108,14 +108,14 @@ def _of_planner(planner: LayeredPlanner) -> Iterator[Subject]:
 
 def _of_scenario(name: str) -> Iterator[Subject]:
     """What the planner of a scenario solves first."""
-    from palanquin.sim.runs.payload_planner import take_orders
+    from palanquin.sim.runs.loop import take_orders
     from palanquin.sim.scenarios import open_scenario
 
     scenario = open_scenario(name)
     planner = scenario.build_planner()
     state = scenario.start(planner)
     orders = scenario.script().at(0.0, planner.reference, scenario.planner.period)
-    take_orders(planner, orders, 0.0)
+    take_orders(planner, orders, 0.0, scenario.scene)
     plan = planner.solve(0.0, state, orders.velocity)
     yield Subject(planner.lowered, planner.params.values, plan.plan.xs)
 

@@ -13,7 +13,6 @@ from palanquin.cli.demo_options import (
     BarPlanner,
     BarRobots,
     BarSeed,
-    BarTracking,
     BarVelocity,
     Commands,
     Delay,
@@ -24,7 +23,6 @@ from palanquin.cli.demo_options import (
     GroundText,
     Headless,
     Horizon,
-    HowBarTracked,
     HowTracked,
     JsonFile,
     Keys,
@@ -69,9 +67,9 @@ def demo(
 
         scenario = overridden(
             open_any(name), commands=commands, robots=robots, gait=gait, velocity=velocity,
-            duration=duration, seed=seed, horizon=horizon, rate=rate, qp=qp,
+            duration=duration, seed=seed, horizon=horizon, rate=rate, qp=qp, tracking=tracking,
         )  # fmt: skip
-        walk(scenario, tracking, Places(out_folder, rrd, json_file, video), headless)
+        walk(scenario, Places(out_folder, rrd, json_file, video), headless)
 
 
 @app.command()
@@ -80,7 +78,7 @@ def bar(
     terrain: GroundText = None, friction: Friction = None, step: Step = None,
     softness: Softness = None, force: Forces = None, restrict: Restrict = None,
     velocity: BarVelocity = None, keys: Keys = False, noise: Noise = None, delay: Delay = None,
-    duration: Duration = None, seed: BarSeed = None, tracking: HowBarTracked = BarTracking.PHYSICS,
+    duration: Duration = None, seed: BarSeed = None, tracking: HowTracked = None,
     headless: Headless = None, out_folder: OutFolder = Path("out"), json_file: JsonFile = None,
     rrd: Rrd = None, video: Video = True,
 ) -> None:  # fmt: skip
@@ -101,5 +99,6 @@ def bar(
             open_any("bar"), planner=planner, robots=robots, payload=payload, terrain=terrain,
             friction=friction, step=step, softness=softness, forces=force, restrict=restrict,
             velocity=velocity, noise=noise, delay=delay, duration=duration, seed=seed,
+            tracking=tracking,
         )  # fmt: skip
-        walk(scenario, tracking, Places(out_folder, rrd, json_file, video), headless, keys)
+        walk(scenario, Places(out_folder, rrd, json_file, video), headless, keys)

@@ -1,29 +1,28 @@
-"""The demo of robots on bars: full physics, perhaps driven by keys."""
+"""The demo of robots on bars, perhaps driven by keys."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from rich.table import Table
 
 from palanquin.cli.console import err
 from palanquin.cli.demo_files import PICTURE_SHARE
-from palanquin.cli.keyboard import Keyboard, open_keyboard
+from palanquin.cli.in_step import InStep
+from palanquin.cli.keyboard import open_keyboard
 from palanquin.cli.watching import Bars
-from palanquin.sim.bar.scene import build_bar_scene
-from palanquin.sim.bar_plots import draw_plots
-from palanquin.sim.driver import HELP, Driver
-from palanquin.sim.recording import write_recording
-from palanquin.sim.render import Motion
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.scenarios import run_bars, ticks_of
+from palanquin.sim.runs.scenarios import loop_of
 from palanquin.sim.scenarios import BarScenario
-from palanquin.sim.scenarios.bar_planners import build_planner
-from palanquin.sim.scenarios.script import Director, Orders
+from palanquin.sim.scenarios.pilot import Pilot
+from palanquin.sim.scenarios.script import Director
+from palanquin.sim.scenes.bar_scene import build_bar_scene
+from palanquin.sim.show.bar_motion import motion_of
+from palanquin.sim.show.recording import write_recording
+from palanquin.sim.show.render import Motion
 
 
 class BarsDemo:
@@ -36,10 +35,9 @@ class BarsDemo:
         """To the end or a fall."""
         scenario = self._scenario
         with _driving(scenario, self._has_keys) as director:
-            planner = build_planner(scenario)
-            advance = progress("walking", ticks_of(scenario, planner.settings.dt))
-            self._record = run_bars(scenario, planner, director, advance)
-        self._scene = build_bar_scene(scenario.team, scenario.ground)
+            loop = loop_of(scenario, director=director)
+            self._record = loop.run(progress("walking", loop.most))
+        self._shown = motion_of(self._record, build_bar_scene(scenario.team, scenario.ground))
         return self._record
 
     def settings(self) -> dict[str, Any]:
@@ -50,17 +48,13 @@ class BarsDemo:
         """None."""
         return {}
 
-    def plot(self, path: Path) -> None:
-        """Velocities, forces, virtual constraints, multipliers, times."""
-        draw_plots(self._record, path)
-
     def record(self, path: Path) -> None:
         """Bodies, forces, plan and control."""
-        write_recording(self._record, self._scene, path)
+        write_recording(self._record, self._shown, path)
 
     def motion(self) -> Motion:
-        """As simulated."""
-        return Motion(self._scene.model, self._record.time, self._record.more["qpos"])
+        """As simulated, or as shown of a reduced run."""
+        return Motion(self._shown.scene.model, self._shown.time, self._shown.qpos)
 
     def picture_share(self) -> float:
         """Under way."""
@@ -79,13 +73,15 @@ class BarsDemo:
                 f"rms {error['rms']:.3f} m/s, over strides {error['stride_rms']:.3f} m/s",
             )
         table.add_row("bar's length error", f"{1e3 * figures['bar_length_error_m']:.3g} mm")
-        share = f"{100 * figures['torque_fraction_max']:.0f} % of its limit"
-        table.add_row("largest torque", share)
         times = ", ".join(f"{name} {value:.2f}" for name, value in figures["solve_ms"].items())
         table.add_row("time of a plan, ms", times)
-        table.add_row("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us")
-        kept = f"{figures['fallbacks']}, {figures['control_fallbacks']}"
-        table.add_row("fallbacks of planner, controllers", kept)
+        table.add_row("fallbacks of the planner", f"{figures['fallbacks']}")
+        if "control_ms_mean" in figures:
+            share = f"{100 * figures['torque_fraction_max']:.0f} % of its limit"
+            table.add_row("largest torque", share)
+            mean = f"{1e3 * figures['control_ms_mean']:.0f} us"
+            table.add_row("a robot's controller, mean", mean)
+            table.add_row("its fallbacks", f"{figures['control_fallbacks']}")
         table.add_row("faster than real time", f"{figures['real_time_factor']:.2f} times")
         return table
 
@@ -105,22 +101,12 @@ def _driving(scenario: BarScenario, has_keys: bool) -> Iterator[Director | None]
     if not has_keys:
         yield None
         return
-    driver, names = Driver(scenario.team.robots), scenario.team.names
-    err.print(HELP, markup=False)
+    pilot = Pilot.of(scenario)
+    err.print("; ".join(f"{keys}: {what}" for keys, what in pilot.keys), markup=False)
+
+    def press(key: str) -> None:
+        pilot.press(key)
+        err.print(pilot.described(), markup=False)
+
     with open_keyboard() as keyboard:
-        yield _Keys(driver, keyboard, names)
-
-
-class _Keys:
-    """Directs in step with the wall's clock: keys are pressed until it is time."""
-
-    def __init__(self, driver: Driver, keyboard: Keyboard, names: Sequence[str]) -> None:
-        self._driver, self._keyboard, self._names = driver, keyboard, names
-        self._start = perf_counter()
-
-    def at(self, time: float, pose: Any, period: float) -> Orders | None:
-        """As of `Director`."""
-        for key in self._keyboard.until(self._start + time):
-            self._driver.press(key)
-            err.print(self._driver.describe(self._names), markup=False)
-        return self._driver.at(time, pose, period)
+        yield InStep(pilot, keyboard, press)

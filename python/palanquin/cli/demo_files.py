@@ -9,7 +9,7 @@ from typing import Any
 
 from palanquin.cli.console import check_writable, err, prepare_folder, write_json, writing
 from palanquin.sim.errors import GraphicsError, MissingExtraError
-from palanquin.sim.render import Motion, render_picture, render_video
+from palanquin.sim.show.render import Motion, render_picture, render_video
 
 PICTURE_SHARE = 0.62
 """When in a run the picture is taken, as a share of its duration: under way, mid-stride."""

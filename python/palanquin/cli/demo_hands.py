@@ -11,15 +11,13 @@ from rich.table import Table
 from palanquin.cli.console import err
 from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.cli.watching import Bars, show_failed_plan
-from palanquin.sim.clearance import clearance_figures
-from palanquin.sim.figures import draw_figures
-from palanquin.sim.kinematic import track
-from palanquin.sim.recording import write_recording
-from palanquin.sim.render import Motion, planned_motion
-from palanquin.sim.runs.loop import number_of_ticks
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.runs.scenarios import loop_of
 from palanquin.sim.scenarios import Scenario
+from palanquin.sim.show.clearance import clearance_figures
+from palanquin.sim.show.kinematic import track
+from palanquin.sim.show.recording import write_recording
+from palanquin.sim.show.render import Motion, planned_motion
 
 
 class HandsDemo:
@@ -27,13 +25,12 @@ class HandsDemo:
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
-        self._ticks = number_of_ticks(scenario.duration, scenario.planner.period)
 
     def run(self, progress: Bars) -> Record:
         """Plans live, then finds the joints' motion."""
         self._planner = self._scenario.build_planner()
-        advance = progress("planning", self._ticks)
-        self._record = run_scenario(self._scenario, self._planner, advance)
+        loop = loop_of(self._scenario, self._planner)
+        self._record = loop.run(progress("planning", loop.most))
         self._trajectory = track(self._record, progress=progress("tracking", 1.0))
         return self._record
 
@@ -63,10 +60,6 @@ class HandsDemo:
             {"clearance": clearance_figures(self._trajectory)} if self._scenario.obstacles else {}
         )
         return {"kinematics": self._trajectory.summary(), **near}
-
-    def plot(self, path: Path) -> None:
-        """Tracking errors, solve times, violations."""
-        draw_figures(self._record, path)
 
     def record(self, path: Path) -> None:
         """Bodies, plan, solver and tracking."""

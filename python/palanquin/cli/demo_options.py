@@ -16,6 +16,7 @@ class Tracking(StrEnum):
 
     KINEMATIC = "kinematic"
     PHYSICS = "physics"
+    REDUCED = "reduced"
 
 
 class PlannerName(StrEnum):
@@ -24,12 +25,6 @@ class PlannerName(StrEnum):
     CENTRALIZED = "centralized"
     DISTRIBUTED = "distributed"
     NOMINAL = "nominal"
-
-
-class BarTracking(StrEnum):
-    """How the plan of robots on bars is followed."""
-
-    PHYSICS = "physics"
 
 
 Source = Annotated[
@@ -75,7 +70,10 @@ Seed = Annotated[
 ]
 HowTracked = Annotated[
     Tracking | None,
-    typer.Option(help="Inverse kinematics only, or a controller in simulated physics."),
+    typer.Option(
+        help="How the plan is followed: kinematic with hands; on bars physics, or reduced to rigid "
+        "bodies."
+    ),
 ]
 
 BarPlanner = Annotated[
@@ -129,7 +127,6 @@ BarSeed = Annotated[
         min=0, max=LAST_SEED, help="Of terrain, noise and, from 1 on, a start a little off."
     ),
 ]
-HowBarTracked = Annotated[BarTracking, typer.Option(help="There is only physics here.")]
 
 Headless = Annotated[
     bool | None,

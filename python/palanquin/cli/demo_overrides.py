@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario, bar_texts, with_robots
-from palanquin.sim.scenarios.bars import Sensors
 from palanquin.sim.scenarios.command import VelocityStep
 from palanquin.sim.scenarios.recorded import replayed
+from palanquin.sim.scenarios.sensors import Sensors
 
-_FOR_BOTH = {"robots", "velocity", "duration", "seed"}
+_FOR_BOTH = {"robots", "velocity", "duration", "seed", "tracking"}
 
 
 def overridden(scenario: AnyScenario, **options: Any) -> AnyScenario:
@@ -33,6 +34,7 @@ def hands_overridden(
     velocity: str | None = None,
     duration: float | None = None,
     seed: int | None = None,
+    tracking: str | None = None,
     **planner: Any,
 ) -> Scenario:
     """The scenario with the options that were given; `planner` are fields of its settings.
@@ -43,7 +45,7 @@ def hands_overridden(
         scenario = replayed(scenario, commands)
     if robots is not None:
         scenario = with_robots(scenario, robots)
-    changes = _given(duration=duration, seed=seed)
+    changes = _given(duration=duration, seed=seed, tracking=tracking)
     if velocity is not None:
         changes["command"] = {"type": "velocity", "steps": [parse_velocity(velocity)]}
     if gait is not None:
@@ -88,8 +90,12 @@ def bars_overridden(
 
 
 def _given(**options: Any) -> dict[str, Any]:
-    """Those that were given."""
-    return {name: value for name, value in options.items() if value is not None}
+    """Those that were given, choices by their names."""
+    return {
+        name: str(value) if isinstance(value, StrEnum) else value
+        for name, value in options.items()
+        if value is not None
+    }
 
 
 def parse_velocity(text: str) -> VelocityStep:

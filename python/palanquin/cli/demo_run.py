@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -16,9 +17,10 @@ from palanquin.cli.demo_hands import HandsDemo
 from palanquin.cli.possible import require_possible
 from palanquin.cli.watching import Bars, progress_bars, show
 from palanquin.sim.feasibility import findings
-from palanquin.sim.render import Motion
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.scenarios import AnyScenario, BarScenario
+from palanquin.sim.show.plots import draw_plots
+from palanquin.sim.show.render import Motion
 
 
 class Shown(Protocol):
@@ -32,9 +34,6 @@ class Shown(Protocol):
 
     def more_figures(self) -> dict[str, Any]:
         """Beyond those of the outcome."""
-
-    def plot(self, path: Path) -> None:
-        """Draws its curves."""
 
     def record(self, path: Path) -> None:
         """Writes the Rerun recording."""
@@ -64,7 +63,6 @@ class Places:
 
 def walk(
     scenario: AnyScenario,
-    tracking: str | None,
     places: Places,
     headless: bool | None,
     has_keys: bool = False,
@@ -72,8 +70,6 @@ def walk(
     """Runs a demo; raises InputError for what cannot be, typer.Exit when it did not complete."""
     if not has_keys:
         require_possible(findings(scenario))
-    how = tracking or scenario.trackings[0]
-    scenario.check_tracking(how)
     files = DemoFiles.prepare(
         scenario.name, places.folder, places.rrd, places.json, places.has_video
     )
@@ -85,13 +81,13 @@ def walk(
     with progress_bars() as progress:
         record = demo.run(progress)
         figures = {
-            "scenario": scenario.name, "tracking": how, "seed": scenario.seed,
+            "scenario": scenario.name, "tracking": scenario.tracking, "seed": scenario.seed,
             "robots": record.robots, "settings": demo.settings(), **outcome(record),
             **demo.more_figures(),
         }  # fmt: skip
         written = files.write(
-            figures, demo.plot, demo.record, demo.motion(), progress("video", 1.0),
-            demo.picture_share(),
+            figures, partial(draw_plots, record), demo.record, demo.motion(),
+            progress("video", 1.0), demo.picture_share(),
         )  # fmt: skip
     tell(demo, figures, written, headless)
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 from rich.live import Live
 from rich.table import Table
@@ -22,14 +22,15 @@ from palanquin.cli.console import (
     reported_errors,
     show_progress_of_lowering,
 )
+from palanquin.cli.in_step import InStep
 from palanquin.cli.watching import show_failed_plan
 from palanquin.schema import LAST_SEED
 
 if TYPE_CHECKING:  # imported late, so that --help is quick
-    from palanquin.cli.keyboard import Keyboard
-    from palanquin.sim.pilot import Pilot
     from palanquin.sim.runs.loop import Tick
-    from palanquin.sim.scenarios import Scenario
+    from palanquin.sim.scenarios import AnyScenario
+    from palanquin.sim.scenarios.pilot import Pilot
+    from palanquin.sim.scenarios.script import Director
 
 _STATUS_INTERVAL = 0.1
 """Between two looks at the status line, s."""
@@ -58,125 +59,131 @@ def teleop(
     """Drives a team with the keyboard, in real time, and shows its plan live in Rerun.
 
     Arrows change speed and turn, a and d go sideways, space stops, 1 to 6 choose the gait, tab
-    chooses a body, p and o push it, q quits. What the scenario itself commands is left aside.
-    `palanquin demo NAME --commands FILE` makes a video of a recorded session.
+    chooses a body, p and o push it, q quits; robots on bars are driven all at once or one by one,
+    and not pushed. What the scenario itself commands is left aside. `palanquin demo NAME --commands
+    FILE` makes a video of a recorded session with a payload in hands.
 
-    Exit status: 0 done, 1 the plan diverged, 2 bad input.
+    Exit status: 0 done, 1 the plan diverged or a robot fell, 2 bad input.
     """
     with reported_errors(), ExitStack() as stack:
-        from palanquin.cli.demo_overrides import hands_overridden
+        from palanquin.cli.demo_overrides import overridden
         from palanquin.cli.keyboard import open_keyboard
         from palanquin.cli.possible import require_possible
         from palanquin.sim.feasibility import findings
-        from palanquin.sim.pilot import Pilot
-        from palanquin.sim.scenarios import open_scenario
-        from palanquin.sim.scenarios.recorded import CommandRecorder
+        from palanquin.sim.scenarios import open_any
+        from palanquin.sim.scenarios.pilot import Pilot
 
-        scenario = hands_overridden(open_scenario(name), commands=commands, seed=seed)
+        scenario = overridden(open_any(name), commands=commands, seed=seed)
         check_writable("--rrd", rrd)
         check_writable("--record", record)
-        require_possible(findings(scenario))
+        require_possible(findings(scenario) if commands or scenario.carry == "hands" else ())
         show_progress_of_lowering()
-        planner = scenario.build_planner()
-        pilot = None if commands else Pilot(scenario.bodies, scenario.robots[0].gait.name)
-        director: Any = pilot or scenario.script()
+        pilot = None if commands else Pilot.of(scenario)
         view = stack.enter_context(_live_view(scenario, rrd, headless))
-        if record is not None:
-            director = stack.enter_context(CommandRecorder(director, record))
+        director = stack.enter_context(_directing(scenario, pilot, record))
         keyboard = stack.enter_context(open_keyboard()) if pilot else None
-        session = Session(scenario, pilot, keyboard, view)
-        completed = session.run(planner, director)
+        session = Session(scenario, pilot, InStep(director, keyboard, _press(pilot)), view)
+        fall = session.run()
     out.print(session.summary(), markup=False)
-    if not completed:
-        err.print("the plan diverged", markup=False)
-        show_failed_plan(planner)
+    if fall:
+        err.print(fall, markup=False)
+        session.explain()
         raise typer.Exit(NOT_SOLVED)
+
+
+def _press(pilot: Pilot | None) -> Callable[[str], None]:
+    return (lambda key: None) if pilot is None else pilot.press
+
+
+@contextmanager
+def _directing(
+    scenario: AnyScenario, pilot: Pilot | None, record: Path | None
+) -> Iterator[Director]:
+    """The pilot, or the scenario's own commands; what it orders is written to a file, if asked."""
+    from palanquin.sim.scenarios import BarScenario
+    from palanquin.sim.scenarios.recorded import CommandRecorder
+
+    director: Director
+    if isinstance(scenario, BarScenario):
+        if record is not None:
+            raise ValueError("--record: commands to robots on bars cannot be replayed")
+        director = pilot or scenario
+    else:
+        director = pilot or scenario.script()
+    if record is None:
+        yield director
+        return
+    with CommandRecorder(director, record) as recorder:
+        yield recorder
 
 
 class Session:
     """Runs ticks in real time between a keyboard and a view."""
 
     def __init__(
-        self, scenario: Scenario, pilot: Pilot | None, keyboard: Keyboard | None, view: Any
+        self, scenario: AnyScenario, pilot: Pilot | None, in_step: InStep, view: Any
     ) -> None:
-        self._scenario, self._pilot = scenario, pilot
-        self._keyboard, self._view = keyboard, view
-        self._ticks = self._late = self._fallbacks = 0
+        from palanquin.sim.runs.scenarios import loop_of
+
+        self._name, self._pilot, self._in_step, self._view = scenario.name, pilot, in_step, view
+        self._planner = scenario.build_planner()
+        self._loop = loop_of(scenario, self._planner, in_step)
+        self._ticks = self._fallbacks = 0
         self._worst_ms = 0.0
 
-    def run(self, planner: Any, director: Any) -> bool:
-        """Until the pilot quits or the commands end; returns whether the plan lasted so long."""
-        from palanquin.sim.runs.loop import ticks
-        from palanquin.sim.runs.scenarios import nominal
-
-        period = self._scenario.planner.period
-        plant, leading = nominal(planner, period, self._scenario.start(planner))
+    def run(self) -> str:
+        """Until the pilot quits or the commands end; returns why it ended before, in words."""
+        most = None if self._pilot else self._loop.most
         with Live(console=out, auto_refresh=False, transient=True) as screen:
-            shown, deadline = 0.0, time.perf_counter()
-            for tick in ticks(plant, leading, director, period):
-                if self._ticks == 0:
-                    deadline = time.perf_counter()
+            shown = 0.0
+            for tick in islice(self._loop.ticks(), most):
                 self._count(tick)
                 if self._view is not None:
                     self._view.show(tick)
                 if time.perf_counter() - shown > _STATUS_INTERVAL:
                     screen.update(self._screen(tick), refresh=True)
                     shown = time.perf_counter()
-                deadline += period
-                self._late += time.perf_counter() > deadline
-                # What is late is not caught up with: the team would rush.
-                deadline = max(deadline, time.perf_counter())
-                self._wait(deadline)
-                if self._is_over(tick.time + period):
-                    return True
-        return False
+        return self._loop.plant.fall
 
     def summary(self) -> str:
         """What the session was like, in a sentence."""
-        seconds = self._ticks * self._scenario.planner.period
         return (
-            f"{seconds:.1f} s, {self._ticks} plans, the slowest {self._worst_ms:.1f} ms, "
-            f"{self._late} ticks late, {self._fallbacks} fallbacks"
+            f"{self._loop.period * self._ticks:.1f} s, {self._ticks} plans, the slowest "
+            f"{self._worst_ms:.1f} ms, {self._in_step.late} ticks late, "
+            f"{self._fallbacks} fallbacks"
         )
+
+    def explain(self) -> None:
+        """Says where planning failed last, if the planner can tell."""
+        from palanquin.problems import clm
+
+        if isinstance(self._planner, clm.Planner):
+            show_failed_plan(self._planner)
 
     def _count(self, tick: Tick) -> None:
         self._ticks += 1
         self._worst_ms = max(self._worst_ms, tick.plan.solve_ms)
-        self._fallbacks += not tick.plan.plan.is_usable
-
-    def _wait(self, deadline: float) -> None:
-        """Until the next tick is due; keys are taken meanwhile."""
-        if self._keyboard is None or self._pilot is None:
-            time.sleep(max(deadline - time.perf_counter(), 0.0))
-            return
-        for key in self._keyboard.until(deadline):
-            self._pilot.press(key)
-
-    def _is_over(self, now: float) -> bool:
-        if self._pilot is not None:
-            return self._pilot.has_quit
-        return now > self._scenario.duration - self._scenario.planner.period / 2
+        self._fallbacks += not tick.plan.is_usable
 
     def _screen(self, tick: Tick) -> Table:
         told = tick.orders.velocity
-        table = Table(show_header=False, title=self._scenario.name)
+        table = Table(show_header=False, title=self._name)
         table.add_row("time", f"{tick.time:.1f} s")
         table.add_row(
             "command",
             f"vx {told.vx:.2f} m/s, vy {told.vy:.2f} m/s, wz {told.wz:.2f} rad/s",
         )
-        table.add_row("plan", f"{tick.plan.solve_ms:.1f} ms, {self._late} ticks late so far")
+        late = f"{self._in_step.late} ticks late so far"
+        table.add_row("plan", f"{tick.plan.solve_ms:.1f} ms, {late}")
         if self._pilot is not None:
-            from palanquin.sim.pilot import KEYS
-
-            table.add_row("gait, push", f"{self._pilot.gait}, {self._pilot.target}")
-            table.add_row("keys", "; ".join(f"{keys}: {what}" for keys, what in KEYS))
+            table.add_row("gait, keys act on", f"{self._pilot.gait}, {self._pilot.target}")
+            table.add_row("keys", "; ".join(f"{keys}: {what}" for keys, what in self._pilot.keys))
             table.add_row("", self._pilot.note)
         return table
 
 
 @contextmanager
-def _live_view(scenario: Scenario, rrd: Path | None, headless: bool | None) -> Iterator[Any]:
+def _live_view(scenario: AnyScenario, rrd: Path | None, headless: bool | None) -> Iterator[Any]:
     """The view, or None when nothing is to be shown or Rerun is not installed."""
     spawn = has_display() if headless is None else not headless
     if not spawn and rrd is None:
@@ -184,15 +191,16 @@ def _live_view(scenario: Scenario, rrd: Path | None, headless: bool | None) -> I
         yield None
         return
     try:
-        from palanquin.sim.live_view import LiveView
+        from palanquin.sim.show.live_view import LiveView
     except ModuleNotFoundError as error:
         if error.name != "rerun":
             raise
         err.print("nothing is shown: `pip install palanquin[viz]` adds Rerun", style="yellow")
         yield None
         return
-    start = np.array([0.0, 0.0, scenario.ground.height(0.0, 0.0) + scenario.payload.height])
-    view = LiveView(scenario.scene, scenario.planner.dt, start, rrd, spawn)
+    from palanquin.sim.show.live_stage import stage_of
+
+    view = LiveView(stage_of(scenario), rrd, spawn)
     try:
         yield view
     finally:

@@ -156,6 +156,12 @@ int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
   return periods;
 }
 
+double TeamSimulation::change_gait(int index, const planning::Gait& gait, double time,
+                                   bool at_once) {
+  const auto use = user_.change("change_gait");
+  return robot(index).controller.change_gait(gait, time, at_once);
+}
+
 void TeamSimulation::check_targets(int periods, const std::vector<RobotTarget>& targets) const {
   if (targets.size() != robots_.size() || periods < 0)  // the rules allocate
     require(SettingRules()

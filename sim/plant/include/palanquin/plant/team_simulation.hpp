@@ -67,6 +67,10 @@ class TeamSimulation {
   /// std::invalid_argument unless there is a target for each robot that fits it.
   int run(int periods, const std::vector<RobotTarget>& targets);
 
+  /// Plans a change of a robot's gait, see `RobotController::change_gait`, whose errors it throws;
+  /// std::out_of_range for a robot that the team has not. Returns when it happens, s.
+  double change_gait(int index, const planning::Gait& gait, double time, bool at_once = false);
+
   double time() const;
   bool has_fallen() const { return !fall_.empty(); }
   const std::string& fall() const { return fall_; }  ///< what happened, in words

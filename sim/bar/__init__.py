@@ -1,1 +1,0 @@
-"""Quadrupeds that carry bars on ball joints, in full physics (Kim et al.)."""

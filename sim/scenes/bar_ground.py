@@ -1,0 +1,68 @@
+"""The ground of robots on bars as geoms: a plane or a height field, blocks, a raised half."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from palanquin.sim.scenarios.bar_ground import BEHIND, CLEAR, LENGTH, WIDTH, Ground
+from palanquin.sim.scenes.area import TILE
+from palanquin.sim.scenes.terrain_looks import add_tiles
+
+Array = NDArray[np.float64]
+
+
+def add_ground(ground: Ground, spec: mujoco.MjSpec) -> None:
+    """Adds geoms to the world body; every one of them decides the contact with a foot."""
+    tiles = add_tiles(spec)
+    tiles.texuniform, tiles.texrepeat = 1, (1 / TILE, 1 / TILE)
+    if ground.kind == "rough":
+        _finish(ground, _add_height_field(spec, ground.heights()))
+    else:
+        size = [LENGTH / 2, WIDTH / 2, 0.5]
+        plane = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=size)
+        plane.pos = [LENGTH / 2 - BEHIND, 0, 0]
+        _finish(ground, plane)
+    if ground.kind == "blocks":
+        _add_blocks(ground, spec)
+    if ground.step > 0:
+        half = [LENGTH / 2, WIDTH / 4, ground.step / 2]
+        box = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
+        box.pos = [LENGTH / 2 - BEHIND, WIDTH / 4, ground.step / 2]
+        _finish(ground, box)
+
+
+def _finish(ground: Ground, geom: mujoco.MjsGeom) -> None:
+    geom.material = "ground"
+    geom.contype, geom.conaffinity, geom.condim = 1, 0, 3
+    geom.friction[:] = (ground.friction, 5e-3, 1e-4)
+    # Over the feet's priority, so that friction and softness are the ground's.
+    geom.priority, geom.solref[:] = 2, (ground.softness, 1.0)
+
+
+def _add_blocks(ground: Ground, spec: mujoco.MjSpec) -> None:
+    random = np.random.default_rng(ground.seed)
+    # About a third of the ground in the robots' way is covered.
+    for _ in range(220):
+        x = random.uniform(CLEAR + 0.2, LENGTH - BEHIND - 0.5)
+        y, yaw = random.uniform(-1.4, 1.4), random.uniform(0, np.pi)
+        half = random.uniform((0.05, 0.05, 0.2), (0.2, 0.15, 1.0)) * (1, 1, ground.height / 2)
+        block = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=half)
+        block.pos, block.quat = [x, y, half[2]], [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
+        _finish(ground, block)
+        block.material, block.rgba = "", (0.72, 0.55, 0.36, 1)
+
+
+def _add_height_field(spec: mujoco.MjSpec, heights: Array) -> mujoco.MjsGeom:
+    rise = max(float(heights.max()), 1e-3)
+    spec.add_hfield(
+        name="ground",
+        size=(LENGTH / 2, WIDTH / 2, rise, 0.2),
+        nrow=heights.shape[0],
+        ncol=heights.shape[1],
+        userdata=np.ravel(heights / rise),
+    )
+    geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="ground")
+    geom.pos = [LENGTH / 2 - BEHIND, 0, 0]
+    return geom

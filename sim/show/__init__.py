@@ -1,0 +1,1 @@
+"""What is shown of a run: plots, pictures, videos, recordings and a live view."""

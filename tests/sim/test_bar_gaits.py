@@ -1,0 +1,75 @@
+"""Changes of gait under way: planner and feet of robots on bars go by the same clocks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from palanquin.problems import gaits
+from palanquin.problems.planning import Velocity
+from palanquin.sim.errors import InputError
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import loop_of, run_scenario
+from palanquin.sim.scenarios import BarScenario
+from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
+
+SLOW = GaitChoice(name="trot", period=0.5, duty=0.6)
+
+
+def change(time, gait=SLOW, **fields):
+    return GaitChange(time=time, gait=gait, **fields)
+
+
+@pytest.mark.parametrize("tracking", ["physics", "reduced"])
+def test_a_change_comes_at_the_end_of_the_cycle_and_for_whom_it_is_told(tracking):
+    scenario = BarScenario(
+        velocity=Velocity(0.2), tracking=tracking, duration=2.5,
+        gait_changes=(change(1.0, robots=("right",)),),
+    )  # fmt: skip
+    record = run_scenario(scenario)
+    assert outcome(record)["completed"]
+    start = {"physics": 0.5, "reduced": 0.0}[tracking]  # of the first cycle
+    ends = start + 0.4 * np.ceil((1.0 - start) / 0.4)  # of the cycle in which it is told
+    before = record.time < ends - 1e-6
+    for robot, gait in enumerate((scenario.gait.gait, SLOW.gait)):
+        walking = record.time >= start - 1e-9
+        old = scenario.gait.gait.stands((record.time - start) / 0.4)
+        new = gait.stands((record.time - (start if robot == 0 else ends)) / gait.period)
+        wanted = np.where(before[:, None], old, new)
+        same = (record.contact[:, robot] > 0.5) == wanted
+        # Legs that are late at the ground come down a little after their clock.
+        assert same[walking].mean() > {"physics": 0.97, "reduced": 0.999}[tracking]
+
+
+def test_plan_and_controllers_share_the_clock():
+    scenario = BarScenario(gait_changes=(change(0.6, at_once=True),))
+    loop = loop_of(scenario)
+    for tick in loop.ticks():
+        if tick.time > 0.9:  # when no leg is late any more
+            break
+    times = tick.time + loop.planner.plan_time
+    np.testing.assert_array_equal(tick.plan.contacts[:-1], SLOW.gait.stands(
+        (times[:-1] - 0.6) / 0.5)[:, None].repeat(2, axis=1))  # fmt: skip
+
+
+@pytest.mark.bindings
+def test_bad_changes_are_refused():
+    plant = loop_of(BarScenario()).plant
+    with pytest.raises(IndexError, match="robot is 2; the team has 2"):
+        plant.change_gait(2, gaits.stand(), 0.0)
+    with pytest.raises(ValueError, match="time"):
+        plant.change_gait(0, gaits.stand(), float("nan"))
+    with pytest.raises(InputError, match="gait_changes: 'nobody' is not one of left, right"):
+        BarScenario(gait_changes=(change(0.0, robots=("nobody",)),))
+
+
+def test_orders_come_once_at_the_first_tick_from_their_time_on():
+    scenario = BarScenario(gait_changes=(change(0.0), change(1.0), change(1.0021)))
+    ticks = 0.005 * np.arange(400)
+    due = {
+        round(float(time), 6): len(orders)
+        for time in ticks
+        if (orders := scenario.at(time, np.zeros(3), 0.005).gait_changes)
+    }
+    assert due == {0.0: 1, 1.0: 1, 1.005: 1}
+    assert replace(scenario, gait_changes=()).at(0.0, np.zeros(3), 0.005).gait_changes == ()
