@@ -10,10 +10,10 @@ from typing import Any
 from palanquin.benchmarks.machine import describe_machine, source_revision
 from palanquin.benchmarks.rows import make_row
 from palanquin.benchmarks.runs import converged_cost, start_run
-from palanquin.benchmarks.store import RowStore
 from palanquin.benchmarks.turns import Record, take_turns
 from palanquin.benchmarks.variant import Variant
 from palanquin.errors import ProblemError
+from palanquin.sim.runs.store import RowStore
 
 Row = dict[str, Any]
 

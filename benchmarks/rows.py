@@ -10,14 +10,9 @@ from palanquin.benchmarks.runs import Step
 from palanquin.benchmarks.trot import PERIOD
 from palanquin.benchmarks.turns import Record
 from palanquin.benchmarks.variant import Variant
+from palanquin.sim.runs.run_outcome import percentiles
 
 Row = dict[str, Any]
-
-
-def quantiles(values: list[float]) -> dict[str, float]:
-    """p50, p95, p99 and max."""
-    p50, p95, p99 = np.percentile(values, [50, 95, 99])
-    return {"p50": float(p50), "p95": float(p95), "p99": float(p99), "max": float(max(values))}
 
 
 def make_row(
@@ -47,14 +42,14 @@ def make_row(
     if not steps:
         return row
     cost = float(np.mean([step.cost for step in steps]))
-    solve_ms = quantiles([step.solve_ms for step in steps])
+    solve_ms = percentiles([step.solve_ms for step in steps])
     replay_ms = [time for step in steps for time in step.replay_ms]
     row |= {
         "solve_ms": solve_ms,
-        "replay_ms": quantiles(replay_ms) if replay_ms else None,
+        "replay_ms": percentiles(replay_ms) if replay_ms else None,
         "phases_ms": {name: _median(steps, name) for name in steps[0].phases_ms},
         "rate_hz": 1e3 / solve_ms["p50"],
-        "call_ms": quantiles([step.call_ms for step in steps]),
+        "call_ms": percentiles([step.call_ms for step in steps]),
         "python_ms": float(np.median([step.call_ms - step.solve_ms for step in steps])),
         "setup_ms": _median_of_known([step.setup_ms for step in steps]),
         "feedback_ms": _median_of_known([step.feedback_ms for step in steps]),

@@ -11,9 +11,9 @@ from palanquin.benchmarks.clm_paper.figures_of_runs import Row, figures_of
 from palanquin.benchmarks.horizon import horizon_variants
 from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.plots import plot_rate_over_horizon
-from palanquin.benchmarks.rows import quantiles
 from palanquin.sim.runs.loop import number_of_ticks
 from palanquin.sim.runs.nominal import follow
+from palanquin.sim.runs.run_outcome import percentiles
 from palanquin.sim.runs.scenarios import run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 
@@ -62,7 +62,7 @@ def measure_teams(progress: Callable[[int], None]) -> list[Row]:
         row |= {"team": name, "robots": len(scenario.robots), "rate_hz": scenario.planner.rate}
         times = feedback_times(scenario, FEEDBACK_TICKS)
         progress(FEEDBACK_TICKS)
-        rows.append({**row, "horizon": scenario.planner.horizon, "feedback_ms": quantiles(times)})
+        rows.append({**row, "horizon": scenario.planner.horizon, "feedback_ms": percentiles(times)})
     return rows
 
 

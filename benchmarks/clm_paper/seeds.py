@@ -11,10 +11,10 @@ from typing import Any
 
 from palanquin.benchmarks.clm_paper.experiments import Experiment
 from palanquin.benchmarks.clm_paper.figures_of_runs import Row, figures_of
-from palanquin.benchmarks.store import RowStore
 from palanquin.sim.runs.loop import number_of_ticks
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.runs.store import RowStore
 from palanquin.sim.scenarios import Scenario
 
 

@@ -20,6 +20,7 @@ from palanquin.problems.layered.centralized import CentralizedPlanner
 from palanquin.problems.layered.linear_mpc import LinearMpc
 from palanquin.problems.layered.settings import WORKING
 from palanquin.sim.runs.loop import Loop
+from palanquin.sim.runs.run_outcome import percentiles
 from palanquin.sim.scenarios.bar_planners import KINDS
 
 # Kim et al., V-A.3, on an i7-10750H at 2.60 GHz; the nominal planner's time is not given.
@@ -53,7 +54,7 @@ class Row:
     def to_json(self) -> dict[str, Any]:
         """Quantiles in ms."""
         phases = {
-            f"{name}_ms": quantiles(values)
+            f"{name}_ms": percentiles(values)
             for name, values in vars(self.times).items()
             if name != "failures" and values
         }
@@ -62,12 +63,6 @@ class Row:
             "samples": len(self.times.solve), "failures": self.times.failures,
             "cost_gap": self.cost_gap, "note": self.note,
         }  # fmt: skip
-
-
-def quantiles(values: list[float]) -> dict[str, float]:
-    """p50, p95, p99 and max."""
-    marks = np.percentile(values, [50, 95, 99, 100])
-    return dict(zip(("p50", "p95", "p99", "max"), marks.tolist(), strict=True))
 
 
 def _busy(planner: str, samples: int, **options: Any) -> tuple[Loop, Any]:

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from palanquin.benchmarks.rows import quantiles
+from palanquin.sim.runs.run_outcome import percentiles
 
 Row = dict[str, Any]
 _TINY_COST = 1e-12
@@ -127,7 +127,7 @@ def _figures(peer: Peer, answers: Answers, best: np.ndarray) -> Row:
     costs = np.array([o.cost for o in outcomes])
     excess = np.max((costs - best) / np.maximum(np.abs(best), _TINY_COST))
     return row | {
-        "solve_ms": quantiles([o.milliseconds for o in outcomes]),
+        "solve_ms": percentiles([o.milliseconds for o in outcomes]),
         "iterations": float(np.median(iterations)) if iterations else None,
         "cost_excess": float(excess) if np.isfinite(excess) else None,
         "residual": float(max(o.residual for o in outcomes)),

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from palanquin.benchmarks.machine import describe_machine, source_revision
-from palanquin.benchmarks.store import RowStore
 from palanquin.benchmarks.suites.certificate import KktError, kkt_error, violation_slope
 from palanquin.benchmarks.suites.references import References
 from palanquin.benchmarks.suites.solvers import Answer, Solver
@@ -18,6 +17,7 @@ from palanquin.benchmarks.suites.stated_program import StatedProgram
 from palanquin.benchmarks.suites.verdict import excess, judge
 from palanquin.problem import Problem
 from palanquin.problems.collection import Ocp, Start
+from palanquin.sim.runs.store import RowStore
 
 Row = dict[str, Any]
 

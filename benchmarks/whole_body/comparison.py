@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from palanquin.benchmarks.rows import quantiles
 from palanquin.benchmarks.whole_body.peers import PEERS, Own, Peer
 from palanquin.benchmarks.whole_body.recorded import COURSES, RecordedQp, record
+from palanquin.sim.runs.run_outcome import percentiles
 
 REPEATS = 5
 """Solves of one QP by one solver in a row, of which the fastest counts."""
@@ -27,8 +27,8 @@ class Answers:
     def to_json(self) -> dict[str, Any]:
         """Quantiles; `inside_us` is None for a solver without a clock of its own."""
         return {
-            "call_us": quantiles(self.call) if self.call else None,
-            "inside_us": quantiles(self.inside) if self.inside else None,
+            "call_us": percentiles(self.call) if self.call else None,
+            "inside_us": percentiles(self.inside) if self.inside else None,
             "cost_gap": self.cost_gap, "violation": self.violation, "failures": self.failures,
         }  # fmt: skip
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -104,11 +105,5 @@ class CentralizedPlanner(Planner):
 class NominalPlanner(CentralizedPlanner):
     """A planner per robot that knows nothing of bars: (16) without lambda and (15)."""
 
-    def __init__(
-        self,
-        team: Team | None = None,
-        settings: LayeredSettings = WORKING,
-        qp: str = "structured",
-        **options: object,
-    ) -> None:
-        super().__init__(replace(team or Team(), bars=()), settings, qp, **options)
+    def __init__(self, team: Team | None = None, *arguments: Any, **options: Any) -> None:
+        super().__init__(replace(team or Team(), bars=()), *arguments, **options)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import math
 import signal
 from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +14,11 @@ import numpy as np
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.runs.store import RowStore
 from palanquin.sim.scenarios.bar_forces import Force
 from palanquin.sim.scenarios.bars import PLANNERS, BarScenario
 from palanquin.sim.scenarios.files import load_scenario
 from palanquin.sim.scenarios.library import SUITES as SUITE_FOLDER
-from palanquin.user_files import read_text
 
 SUITES = {folder.name: sorted(folder.glob("*.yaml")) for folder in sorted(SUITE_FOLDER.iterdir())}
 """Files of scenarios by suite; seeds take them in turns."""
@@ -42,11 +40,16 @@ def drawn(scenario: BarScenario, seed: int) -> BarScenario:
 
 @dataclass(frozen=True)
 class Trial:
-    """One run of a campaign; its figures are found again by these three."""
+    """One run of a campaign."""
 
     suite: str
     planner: str
     seed: int
+
+    @property
+    def key(self) -> str:
+        """Under which its figures are kept."""
+        return f"{self.suite} {self.planner} {self.seed}"
 
     def scenario(self) -> BarScenario:
         """What to run; every trial but that of seed 0 starts a little off."""
@@ -75,58 +78,19 @@ def trials(suite: str, planners: tuple[str, ...], seeds: int) -> list[Trial]:
     return [Trial(suite, planner, seed) for seed in range(1, seeds + 1) for planner in planners]
 
 
-class Results:
-    """The figures of finished trials in a file, one JSON object a line.
+def missing_of(wanted: list[Trial], results: RowStore) -> list[Trial]:
+    """Those of `wanted` whose figures are not kept yet."""
+    return [trial for trial in wanted if trial.key not in results]
+
+
+def run_trials(wanted: list[Trial], results: RowStore, jobs: int) -> Iterator[dict[str, Any]]:
+    """Runs what is missing in `jobs` processes, keeps figures as they come and yields them.
 
     A line that a stop has cut off is dropped, and its trial runs again.
     """
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.rows: list[dict[str, Any]] = []
-        if path.exists():
-            self.rows = list(_rows(path))
-            self._rewrite()
-
-    def missing(self, wanted: list[Trial]) -> list[Trial]:
-        """Those of `wanted` that are not in the file."""
-        done = {(row["suite"], row["planner"], row["seed"]) for row in self.rows}
-        return [t for t in wanted if (t.suite, t.planner, t.seed) not in done]
-
-    def append(self, row: dict[str, Any]) -> None:
-        """Adds the figures of a trial, at once and for good."""
-        self.rows.append(row)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row, allow_nan=False) + "\n")
-
-    def _rewrite(self) -> None:
-        text = "".join(json.dumps(row, allow_nan=False) + "\n" for row in self.rows)
-        partial = self.path.with_name(self.path.name + ".part")
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(self.path)
-
-
-def _rows(path: Path) -> Iterator[dict[str, Any]]:
-    try:
-        lines = read_text(path).splitlines()
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
-    for number, line in enumerate(lines, start=1):
-        try:
-            row = json.loads(line)
-            Trial(row["suite"], row["planner"], row["seed"])
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
-            if number == len(lines):
-                return
-            raise InputError(f"{path}, line {number}: not a trial's figures ({error})") from error
-        yield row
-
-
-def run_trials(wanted: list[Trial], results: Results, jobs: int) -> Iterator[dict[str, Any]]:
-    """Runs what is missing in `jobs` processes, and yields figures as they come."""
     if jobs < 1:
         raise InputError(f"jobs: {jobs} must be at least 1")
-    missing = results.missing(wanted)
+    missing = missing_of(wanted, results)
     if not missing:
         return
     workers = min(jobs, len(missing))
@@ -135,7 +99,7 @@ def run_trials(wanted: list[Trial], results: Results, jobs: int) -> Iterator[dic
         try:
             for future in as_completed(futures):
                 row = future.result()
-                results.append(row)
+                results.add(Trial(row["suite"], row["planner"], row["seed"]).key, row)
                 yield row
         except BaseException:
             _stop(pool)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from palanquin.events import count_events
 from palanquin.plan import SQP_PHASES
@@ -93,7 +94,7 @@ def fell(record: Record) -> bool:
     return bool((cosine < np.cos(FALL_ANGLE)).any() or (height < FALL_HEIGHT * wanted).any())
 
 
-def percentiles(values: np.ndarray) -> dict[str, float]:
+def percentiles(values: ArrayLike) -> dict[str, float]:
     """p50, p95, p99 and max of `values` [T]."""
     cuts = {"p50": 50, "p95": 95, "p99": 99, "max": 100}
-    return {name: float(np.percentile(values, cut)) for name, cut in cuts.items()}
+    return {name: float(np.percentile(np.asarray(values), cut)) for name, cut in cuts.items()}

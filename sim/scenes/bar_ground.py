@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from palanquin.sim.scenarios.bar_ground import BEHIND, CLEAR, LENGTH, WIDTH, Ground
-from palanquin.sim.scenes.area import TILE
-from palanquin.sim.scenes.terrain_looks import add_tiles
+from palanquin.sim.scenes.area import TILE, Area
+from palanquin.sim.scenes.terrain_looks import add_tiles, shape_height_field
 
-Array = NDArray[np.float64]
+_AREA = Area(-BEHIND, LENGTH - BEHIND, -WIDTH / 2, WIDTH / 2)
 
 
 def add_ground(ground: Ground, spec: mujoco.MjSpec) -> None:
     """Adds geoms to the world body; every one of them decides the contact with a foot."""
     tiles = add_tiles(spec)
     tiles.texuniform, tiles.texrepeat = 1, (1 / TILE, 1 / TILE)
+    geom = spec.worldbody.add_geom()
     if ground.kind == "rough":
-        _finish(ground, _add_height_field(spec, ground.heights()))
+        shape_height_field(spec, geom, _AREA, ground.heights())
     else:
-        size = [LENGTH / 2, WIDTH / 2, 0.5]
-        plane = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=size)
-        plane.pos = [LENGTH / 2 - BEHIND, 0, 0]
-        _finish(ground, plane)
+        geom.type, geom.size = mujoco.mjtGeom.mjGEOM_PLANE, (*_AREA.half, 0.5)
+        geom.pos = (*_AREA.centre, 0)
+    _finish(ground, geom)
     if ground.kind == "blocks":
         _add_blocks(ground, spec)
     if ground.step > 0:
@@ -52,17 +51,3 @@ def _add_blocks(ground: Ground, spec: mujoco.MjSpec) -> None:
         block.pos, block.quat = [x, y, half[2]], [np.cos(yaw / 2), 0, 0, np.sin(yaw / 2)]
         _finish(ground, block)
         block.material, block.rgba = "", (0.72, 0.55, 0.36, 1)
-
-
-def _add_height_field(spec: mujoco.MjSpec, heights: Array) -> mujoco.MjsGeom:
-    rise = max(float(heights.max()), 1e-3)
-    spec.add_hfield(
-        name="ground",
-        size=(LENGTH / 2, WIDTH / 2, rise, 0.2),
-        nrow=heights.shape[0],
-        ncol=heights.shape[1],
-        userdata=np.ravel(heights / rise),
-    )
-    geom = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_HFIELD, hfieldname="ground")
-    geom.pos = [LENGTH / 2 - BEHIND, 0, 0]
-    return geom

@@ -2,6 +2,7 @@
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from palanquin.problems.foothold_areas import FootholdAreas
 from palanquin.sim.scenarios.ground import is_planar
@@ -30,18 +31,23 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
         geom.quat = frame_quaternion(ground.normal(*area.centre))
         geom.size = (half_x, half_y, 0.5)
         return
-    heights = area.surface(ground, spacing=0.05)[:, :, 2]
+    tiles.texrepeat = (half_x / TILE, half_y / TILE)  # over the whole height field
+    shape_height_field(spec, geom, area, area.surface(ground, spacing=0.05)[:, :, 2])
+
+
+def shape_height_field(
+    spec: mujoco.MjSpec, geom: mujoco.MjsGeom, area: Area, heights: NDArray[np.float64]
+) -> None:
+    """Makes a geom the height field `ground` over `area`: heights [rows, columns], rows along y."""
     base, rise = heights.min(), max(np.ptp(heights), 1e-3)
     spec.add_hfield(
         name="ground",
-        size=(half_x, half_y, rise, 0.2),
+        size=(*area.half, rise, 0.2),
         nrow=heights.shape[0],
         ncol=heights.shape[1],
         userdata=np.ravel((heights - base) / rise),
     )
-    tiles.texrepeat = (half_x / TILE, half_y / TILE)  # over the whole height field
-    geom.type = mujoco.mjtGeom.mjGEOM_HFIELD
-    geom.hfieldname = "ground"
+    geom.type, geom.hfieldname = mujoco.mjtGeom.mjGEOM_HFIELD, "ground"
     geom.pos = (*area.centre, base)
 
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from palanquin.benchmarks.measurement import Measurement
 from palanquin.benchmarks.replay import Replay
-from palanquin.benchmarks.rows import make_row, quantiles
+from palanquin.benchmarks.rows import make_row
 from palanquin.benchmarks.runs import Step
 from palanquin.benchmarks.tables import (
     phase_table,
@@ -28,6 +28,7 @@ from palanquin.benchmarks.turns import Record, take_turns
 from palanquin.benchmarks.variant import PAPER_SOLVER, SOLVERS, Solver, Task, Variant
 from palanquin.cli import app
 from palanquin.plan import SQP_PHASES
+from palanquin.sim.runs.run_outcome import percentiles
 
 FIXED_KEYS = {
     "robots",
@@ -254,7 +255,7 @@ def test_a_row_without_steps_is_marked_and_printed():
 
 
 def test_quantiles():
-    assert quantiles(list(range(101))) == {"p50": 50, "p95": 95, "p99": 99, "max": 100}
+    assert percentiles(list(range(101))) == {"p50": 50, "p95": 95, "p99": 99, "max": 100}
 
 
 def rows_of(times, solver=SOLVERS[0], **columns):

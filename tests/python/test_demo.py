@@ -159,7 +159,7 @@ def test_a_team_that_falls_has_not_completed(tmp_path, no_graphics):
         (["--horizon", "0"], "planner.horizon: is 0; input should be greater than or equal to 1"),
         (["--qp", "magic"], "'magic'"),
         (["--seed", "-1"], "--seed"),
-        (["--tracking", "physics"], "'physics' is not available for this scenario yet"),
+        (["--tracking", "physics"], "tracking: is 'physics'; input should be 'kinematic'"),
         (["--tracking", "hope"], "hope"),
     ],
 )

@@ -1,6 +1,5 @@
 """Ctrl-C ends what runs: exit status 130, no traceback, and what is done is kept."""
 
-import json
 import os
 import signal
 import subprocess
@@ -11,6 +10,8 @@ from pathlib import Path
 import pytest
 
 import palanquin as pq
+from palanquin.sim.runs.campaign import Trial
+from palanquin.sim.runs.store import RowStore
 
 PALANQUIN = Path(sys.executable).with_name("palanquin")
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -66,12 +67,12 @@ def test_a_command_says_that_it_was_stopped(where, arguments, tmp_path):
 def test_a_stopped_campaign_goes_on(tmp_path):
     file = tmp_path / "runs.jsonl"
     row = {"suite": "flat", "planner": "nominal", "seed": 1}
-    file.write_text(json.dumps(row) + "\n")
+    RowStore(file, {}, resume=True).add(Trial(**row).key, row)
     options = ["--planners", "nominal", "--seeds", "3", "--jobs", "2", "--json", file]
     where = "palanquin.sim.runs.campaign.as_completed"
     result = interrupted(where, "campaign", "bar", *options, cwd=tmp_path)
     assert result.returncode == 130, result.stderr
-    assert [json.loads(line) for line in file.read_text().splitlines()] == [row]
+    assert RowStore(file, {}, resume=True).rows == [row]
 
 
 SOLVERS = {

@@ -101,7 +101,7 @@ TEST(TeamSimulation, TrotsAndIsTheSameInEveryRun) {
 }
 
 TEST(TeamSimulation, ChangesTheGaitOfOneRobotAtTheEndOfItsCycle) {
-  QuadrupedScene scene({-0.6, 0.6});
+  QuadrupedScene scene(2);
   TeamSimulation team = simulate(scene, scene.members(trotting(0.2)));
   const planning::Gait stand{"stand", 0.4, {1, 1, 1, 1}, {0, 0, 0, 0}};
   EXPECT_DOUBLE_EQ(team.change_gait(1, stand, 0.3), 0.6);  // its cycle began at 0.2 s

@@ -1,13 +1,13 @@
 """Campaigns: seeds, results that survive a stop, success rates."""
 
-import json
-
 import pytest
 
+from palanquin.errors import ProblemError
 from palanquin.sim.errors import InputError
 from palanquin.sim.feasibility import findings
 from palanquin.sim.runs import campaign
-from palanquin.sim.runs.campaign import Results, Trial, run_trials, summary, trials
+from palanquin.sim.runs.campaign import Trial, missing_of, run_trials, summary, trials
+from palanquin.sim.runs.store import RowStore
 from palanquin.sim.scenarios.bar_forces import Force
 
 
@@ -23,6 +23,14 @@ def figures(seed: int, completed: bool = True, planner: str = "nominal") -> dict
         "torque_fraction_max": 0.5,
         "fall": fall,
     }
+
+
+def keep(file, *seeds):
+    """A store that also has the figures of these seeds."""
+    results = RowStore(file, {}, resume=True)
+    for seed in seeds:
+        results.add(Trial("flat", "nominal", seed).key, figures(seed))
+    return results
 
 
 @pytest.mark.parametrize("suite", campaign.SUITES)
@@ -63,29 +71,29 @@ def test_a_suite_of_hands_is_refused(tmp_path, monkeypatch):
 
 def test_a_stopped_campaign_goes_on(tmp_path):
     file = tmp_path / "results.jsonl"
-    lines = [json.dumps(figures(seed)) for seed in (1, 2)]
-    file.write_text(lines[0] + "\n" + lines[1] + "\n" + lines[0][:40])
-    results = Results(file)
-    assert [trial.seed for trial in results.missing(trials("flat", ("nominal",), 4))] == [3, 4]
-    results.append(figures(3))
-    assert [row["seed"] for row in Results(file).rows] == [1, 2, 3]
+    keep(file, 1, 2)
+    whole = file.read_text()
+    file.write_text(whole + whole[:40])
+    results = RowStore(file, {}, resume=True)
+    assert [t.seed for t in missing_of(trials("flat", ("nominal",), 4), results)] == [3, 4]
+    keep(file, 3)
+    assert [row["seed"] for row in RowStore(file, {}, resume=True).rows] == [1, 2, 3]
 
 
 def test_finished_trials_do_not_run_again(tmp_path):
-    file = tmp_path / "results.jsonl"
-    file.write_text(json.dumps(figures(1)) + "\n")
-    assert not list(run_trials(trials("flat", ("nominal",), 1), Results(file), jobs=1))
+    results = keep(tmp_path / "results.jsonl", 1)
+    assert not list(run_trials(trials("flat", ("nominal",), 1), results, jobs=1))
 
 
 def test_trials_run_in_processes(tmp_path, monkeypatch):
     file = tmp_path / "short.yaml"
     file.write_text("carry: bars\nduration: 0.1\n")
     monkeypatch.setitem(campaign.SUITES, "flat", [file])
-    results = Results(tmp_path / "results.jsonl")
+    results = RowStore(tmp_path / "results.jsonl", {}, resume=True)
     rows = list(run_trials(trials("flat", ("nominal",), 2), results, jobs=2))
     assert sorted(row["seed"] for row in rows) == [1, 2]
     assert all(row["completed"] and row["duration_s"] == pytest.approx(0.1) for row in rows)
-    assert len(Results(results.path).rows) == 2
+    assert RowStore(tmp_path / "results.jsonl", {}, resume=True).rows == rows
 
 
 def test_summary_counts_successes():
@@ -105,8 +113,10 @@ def test_garbage_is_explained(tmp_path):
     with pytest.raises(InputError, match="seeds: 0"):
         trials("flat", ("nominal",), 0)
     file = tmp_path / "results.jsonl"
-    file.write_text("garbage\n" + json.dumps(figures(1)) + "\n")
-    with pytest.raises(InputError, match="line 1: not a trial's figures"):
-        Results(file)
+    keep(file, 1)
+    file.write_text("garbage\n" + file.read_text())
+    with pytest.raises(ProblemError, match="line 1 is not a row of results"):
+        RowStore(file, {}, resume=True)
+    results = keep(tmp_path / "new")
     with pytest.raises(InputError, match="jobs: 0"):
-        list(run_trials(trials("flat", ("nominal",), 1), Results(tmp_path / "new"), jobs=0))
+        list(run_trials(trials("flat", ("nominal",), 1), results, jobs=0))

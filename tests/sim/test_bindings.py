@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from palanquin import _sim
+from palanquin.problems import gaits
 from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenes.bar_scene import build_bar_scene
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.bindings
 
 
 def simulation(**control):
-    settings = control_settings(0.6)
+    settings = control_settings(0.6, gaits.trot(0.4))
     for name, value in control.items():
         setattr(settings, name, value)
     scene = build_bar_scene(BarTeam(), Ground())
@@ -210,7 +211,9 @@ def test_a_simulation_keeps_model_and_data_alive():
     scene = build_bar_scene(BarTeam(), Ground())
     data = scene.data()
     held = weakref.ref(data)
-    team = make_simulation(scene, data, control_settings(0.6), _sim.MeasurementSettings())
+    team = make_simulation(
+        scene, data, control_settings(0.6, gaits.trot(0.4)), _sim.MeasurementSettings()
+    )
     del scene, data
     gc.collect()
     garbage = [np.full(100_000, np.nan) for _ in range(50)]  # where freed memory would be

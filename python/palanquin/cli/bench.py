@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from palanquin.cli.bench_options import Headless, JsonFile, Resume, parts
 from palanquin.cli.console import (
     check_writable,
     err,
@@ -47,12 +48,7 @@ Folder = Annotated[
     Path | None,
     typer.Option("--out", metavar="FOLDER", help="For pictures and rows.", show_default="out/..."),
 ]
-Resume = Annotated[bool, typer.Option("--resume", help="Keep rows that --out already holds.")]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
 Rrd = Annotated[Path | None, typer.Option(metavar="FILE", help="For a Rerun recording of rates.")]
-Headless = Annotated[
-    bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-]  # fmt: skip
 
 
 @app.command()
@@ -74,7 +70,7 @@ def horizon(
 
     with reported_errors():
         outputs = _Outputs(folder or Path("out/bench-horizon"), json_file, rrd)
-        variants = horizon_variants(robots, _integers("--horizons", horizons), _names(qp), threads)
+        variants = horizon_variants(robots, _integers("--horizons", horizons), parts(qp), threads)
         _measure(variants, repetitions, seed, resume, outputs, report_horizon)
 
 
@@ -109,7 +105,7 @@ def solver(
         variants = solver_variants(
             _integers("--robots", robots),
             _integers("--horizons", horizons),
-            _names(qp),
+            parts(qp),
             threads,
             with_long=long,
             with_ditches=ditches,
@@ -217,7 +213,3 @@ def _integers(option: str, text: str) -> list[int]:
     if max(values) > MOST_INTERVALS:
         raise ValueError(f"{option} {text!r}: values must be at most {MOST_INTERVALS}")
     return values
-
-
-def _names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(",") if name.strip()]

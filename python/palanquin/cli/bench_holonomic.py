@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
+from palanquin.cli.bench_options import Headless, JsonFile
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 
 Samples = Annotated[int, typer.Option(min=10, max=1_000_000, help="Plans of each planner.")]
 Problems = Annotated[int, typer.Option(min=1, max=10_000, help="QPs that each other solver gets.")]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
-Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
 
 
 def holonomic(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
+from palanquin.cli.bench_options import Headless, JsonFile
+from palanquin.cli.bench_options import chosen as chosen_names
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
-from palanquin.errors import ProblemError
 from palanquin.schema import LAST_SEED
 
 Problems = Annotated[
@@ -24,8 +24,6 @@ Repetitions = Annotated[
     int, typer.Option(min=1, max=100, help="Of each loop; a period's least time counts.")
 ]
 Seed = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
-Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
 
 
 def loops(
@@ -49,27 +47,17 @@ def loops(
 
     with reported_errors():
         check_writable("--json", json_file)
-        names = _chosen("--problems", problems, [loop.problem for loop in LOOPS])
+        names = chosen_names("--problems", problems, [loop.problem for loop in LOOPS])
         chosen = [loop for loop in LOOPS if loop.problem in names]
         if steps:
             chosen = [replace(loop, steps=steps) for loop in chosen]
-        names = _chosen("--controllers", controllers, [by.name for by in CONTROLLERS])
+        names = chosen_names("--controllers", controllers, [by.name for by in CONTROLLERS])
         with err.status("lowering") as status:
             by = tuple(by for by in CONTROLLERS if by.name in names)
             rows = run_loops(chosen, seed, status.update, by, repetitions)
         results = {"rows": rows, "machine": describe_machine(), "revision": source_revision()}
         write_json("--json", json_file, results)
     out.print(_table(rows))
-
-
-def _chosen(option: str, text: str, known: list[str]) -> list[str]:
-    """The names in `text`, all if there are none; ProblemError for an unknown one."""
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    for name in names:
-        if name not in known:
-            there_are = ", ".join(dict.fromkeys(known))
-            raise ProblemError(f"{option} {name!r} is unknown; there are {there_are}")
-    return names or known
 
 
 def _table(rows: list) -> Table:  # type: ignore[type-arg]

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from palanquin.cli.bench_options import Headless, JsonFile, chosen
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 from palanquin.errors import ProblemError
 
@@ -19,8 +20,6 @@ Solvers = Annotated[
 Repetitions = Annotated[
     int, typer.Option(min=1, max=10_000, help="Solves of each QP; the median counts.")
 ]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
-Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
 
 
 def qps(
@@ -43,14 +42,13 @@ def qps(
         check_writable("--json", json_file)
         if not folder.is_dir():
             raise ProblemError(f"{folder} is no folder")
-        known, names = installed(), [n.strip() for n in solvers.split(",") if n.strip()]
+        known = installed()
+        names = chosen("--solvers", solvers, NAMES) if solvers else list(known)
         for name in names:
-            if name not in NAMES:
-                raise ProblemError(f"--solvers {name!r} is unknown; there are {', '.join(NAMES)}")
             if name not in known:
                 raise ProblemError(f"--solvers {name!r}: it is not installed")
-        chosen = {name: known[name] for name in names or known}
+        by = {name: known[name] for name in names}
         with err.status("reading") as status:
-            results = run_qps(qp_paths(folder), chosen, repetitions, status.update)
+            results = run_qps(qp_paths(folder), by, repetitions, status.update)
         write_json("--json", json_file, results)
     report_qps(results, out)

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from palanquin.cli.bench_options import Folder, Headless, JsonFile, Resume, chosen, parts
 from palanquin.cli.console import (
     check_writable,
     err,
@@ -15,7 +16,6 @@ from palanquin.cli.console import (
     reported_errors,
     write_json,
 )
-from palanquin.errors import ProblemError
 
 Problems = Annotated[
     str, typer.Option(metavar="NAME,...", help="Of the collection; all unless told.")
@@ -27,10 +27,6 @@ Random = Annotated[int, typer.Option(min=0, max=1000, help="Random starts beside
 References = Annotated[
     bool, typer.Option("--references", help="Make the reference optima anew by Ipopt first.")
 ]
-Folder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="For pictures and rows.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Keep rows that --out already holds.")]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
-Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
 
 
 def suites(
@@ -52,19 +48,14 @@ def suites(
     from palanquin.benchmarks.suites.references import load_references, make_references
     from palanquin.benchmarks.suites.report import report_suite
     from palanquin.benchmarks.suites.runs import run_suite
-    from palanquin.benchmarks.suites.solvers import chosen
+    from palanquin.benchmarks.suites.solvers import chosen as solvers_of
     from palanquin.problems.collection import COLLECTION
 
     with reported_errors():
         check_writable("--json", json_file)
         prepare_folder("--out", folder)
-        names = [name.strip() for name in problems.split(",") if name.strip()]
-        for name in names:
-            if name not in COLLECTION:
-                known = ", ".join(COLLECTION)
-                raise ProblemError(f"--problems {name!r} is unknown; there are {known}")
-        by = chosen([name.strip() for name in solvers.split(";") if name.strip()])
-        ocps = [COLLECTION[name] for name in names or COLLECTION]
+        by = solvers_of(parts(solvers, ";"))
+        ocps = [COLLECTION[name] for name in chosen("--problems", problems, COLLECTION)]
         with err.status("lowering") as status:
             costs = make_references(ocps, status.update) if references else load_references()
             results = run_suite(ocps, by, costs, random, folder, resume, status.update)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.table import Table
 
+from palanquin.cli.bench_options import Headless, JsonFile
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 
 
@@ -15,12 +15,8 @@ def whole_body(
     problems: Annotated[
         int, typer.Option(min=1, max=100_000, help="QPs that each solver gets of each course.")
     ] = 300,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")
-    ] = None,
-    headless: Annotated[
-        bool, typer.Option("--headless", help="Open no window; benchmarks never do.")
-    ] = False,
+    json_file: JsonFile = None,
+    headless: Headless = False,
 ) -> None:
     """The whole-body controllers' QPs, recorded in runs of robots on a bar, by several solvers.
 

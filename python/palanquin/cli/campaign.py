@@ -53,16 +53,17 @@ def bar(
     """
     with reported_errors():
         from palanquin.sim.runs import campaign as campaigns
+        from palanquin.sim.runs.store import RowStore
 
         check_writable("--json", json_file)
         path = json_file or Path("out") / "campaign" / f"bar-{suite}.jsonl"
         wanted = campaigns.trials(suite, tuple(planners.split(",")), seeds)
         if json_file is None:
             prepare_folder("--json", path.parent)
-        results = campaigns.Results(path)
+        results = RowStore(path, {}, resume=True)
         columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()
         with Progress(*columns, TimeRemainingColumn(), console=err, transient=True) as progress:
-            done = len(wanted) - len(results.missing(wanted))
+            done = len(wanted) - len(campaigns.missing_of(wanted, results))
             task = progress.add_task(suite, total=len(wanted), completed=done)
             for _ in campaigns.run_trials(wanted, results, jobs):
                 progress.advance(task)

@@ -16,6 +16,7 @@ from rich.progress import (
 )
 from rich.table import Table
 
+from palanquin.cli.bench_options import Folder, Headless, JsonFile
 from palanquin.cli.console import (
     NOT_SOLVED,
     check_writable,
@@ -25,7 +26,6 @@ from palanquin.cli.console import (
     reported_errors,
     write_json,
 )
-from palanquin.cli.figures_options import Folder, Headless, JsonFile
 
 if TYPE_CHECKING:
     from palanquin.benchmarks.clm_paper.reproduction import Progress as Report

@@ -9,6 +9,7 @@ import typer
 from rich.markdown import Markdown
 from rich.progress import Progress, TaskID
 
+from palanquin.cli.bench_options import Folder, Headless, JsonFile
 from palanquin.cli.console import (
     check_writable,
     err,
@@ -17,7 +18,6 @@ from palanquin.cli.console import (
     reported_errors,
     write_json,
 )
-from palanquin.cli.figures_options import Folder, Headless, JsonFile
 
 
 def layered(

@@ -40,6 +40,11 @@ class RowStore:
     def __getitem__(self, key: str) -> Row:
         return self._rows[key]
 
+    @property
+    def rows(self) -> list[Row]:
+        """All rows, in the order in which they were added."""
+        return list(self._rows.values())
+
     def add(self, key: str, row: Row) -> None:
         """Keeps a finished row."""
         self._rows[key] = row
@@ -62,7 +67,7 @@ class RowStore:
                     break
                 raise ProblemError(
                     f"{self._file}, line {number} is not a row of results; "
-                    "delete the file or leave out --resume"
+                    "delete the file, or go on in another one"
                 ) from error
             if conditions == self._conditions:
                 rows[key] = row
