@@ -268,25 +268,24 @@ void StructuredQpSolver::write_input_gain(int k, Eigen::Ref<Eigen::MatrixXd> gai
   for (int j = 0; j < plan.nx; ++j) {
     std::fill_n(z, plan.slots(), 0.0);
     z[plan.state_slot + j] = 1.0;
-    structured::solve_inputs(*workspace_, knot, z);
+    structured::solve_inputs(*workspace_, knot, 0.0, z);
     for (int i = 0; i < plan.nu; ++i) gain(i, j) = z[plan.input_slot + i];
   }
 }
 
 Eigen::MatrixXd StructuredQpSolver::value_hessian(int k) const {
   const Knot& knot = factorized_knot(*workspace_, k);
-  Eigen::MatrixXd hessian(knot.plan->nx, knot.plan->nx);
-  for (int j = 0; j < knot.plan->nx; ++j)
-    for (int i = j; i < knot.plan->nx; ++i)
+  Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(knot.plan->nx, knot.plan->nx);
+  for (int j = 0; j < knot.nx; ++j)
+    for (int i = j; i < knot.nx; ++i)
       hessian(i, j) = hessian(j, i) = knot.value[i + j * knot.plan->value_ld];
   return hessian;
 }
 
 Eigen::VectorXd StructuredQpSolver::value_gradient(int k) const {
   const Knot& knot = factorized_knot(*workspace_, k);
-  Eigen::VectorXd gradient(knot.plan->nx);
-  for (int j = 0; j < knot.plan->nx; ++j)
-    gradient[j] = knot.value[knot.plan->nx + j * knot.plan->value_ld];
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(knot.plan->nx);
+  for (int j = 0; j < knot.nx; ++j) gradient[j] = knot.value[knot.nx + j * knot.plan->value_ld];
   return gradient;
 }
 

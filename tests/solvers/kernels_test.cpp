@@ -42,7 +42,8 @@ class Padded {
 };
 
 SparseColumns columns_of(const SparseBlock& block) {
-  return {block.column_start.data(), block.row_index.data(), block.values.data()};
+  const int* start = block.column_start.data();
+  return {start, start + 1, block.row_index.data(), block.values.data()};
 }
 
 class Kernels : public ::testing::TestWithParam<KernelLevel> {

@@ -17,9 +17,10 @@ namespace palanquin::kernels {
 inline constexpr int kPad = 8;
 constexpr int padded(int n) { return (n + kPad - 1) / kPad * kPad; }
 
-/// Columns of a sparse matrix: column j has entries start[j] .. start[j + 1] - 1.
+/// Columns of a sparse matrix: column j has entries start[j] .. end[j] - 1.
 struct SparseColumns {
   const int* start;
+  const int* end;
   const int* row;
   const double* value;
 };

@@ -25,7 +25,7 @@ PALANQUIN_INLINE void for_row_chunks(int rows, int max_chunk, Block block) {
 template <int V>
 PALANQUIN_INLINE void add_combination(Vector (&sum)[V], const SparseColumns& s, int column,
                                       const double* src, int ld) {
-  const int end = s.start[column + 1];
+  const int end = s.end[column];
   for (int e = s.start[column]; e < end; ++e) {
     const Vector factor = broadcast(s.value[e]);
     const double* a = src + static_cast<long>(s.row[e]) * ld;

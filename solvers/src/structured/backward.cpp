@@ -9,36 +9,72 @@ using kernels::padded;
 using kernels::SparseColumns;
 
 SparseColumns columns_of(const SparseBlock& block) {
-  return {block.column_start.data(), block.row_index.data(), block.values.data()};
+  const int* start = block.column_start.data();
+  return {start, start + 1, block.row_index.data(), block.values.data()};
+}
+
+/// The dynamics' rows of states that the next knot's value function depends on.
+SparseColumns dynamics_of(Workspace& work, const QpStage& stage, const Knot& next) {
+  SparseColumns columns = columns_of(stage.dynamics);
+  if (next.nx == next.plan->nx) return columns;
+  for (int j = 0; j < stage.nx + stage.nu; ++j) {
+    int end = columns.end[j];
+    while (end > columns.start[j] && columns.row[end - 1] >= next.nx) --end;
+    work.column_end[j] = end;
+  }
+  columns.end = work.column_end.data();
+  return columns;
 }
 
 void clear_columns(double* matrix, int ld, int first, int last) {
   std::fill(matrix + first * ld, matrix + last * ld, 0.0);
 }
 
+/// The number of states up to the last one that anything depends on: the knot's cost and rows, its
+/// dynamics, or other states at the same time.
+int count_states(const Workspace& work, const QpStage& stage, const PenaltyModel& model, int k) {
+  const KnotPlan& plan = *work.knots[k].plan;
+  const RememberedStates& remembered = plan.remembered;
+  const int least = std::max(plan.moving_nx(), k > 0 ? work.knots[k - 1].plan->implicit_states : 0);
+  int nx = plan.nx;
+  while (nx > least && stage.gradient[nx - 1] == 0.0) --nx;
+  if (nx == plan.nx) return nx;
+  for (const RememberedStates::Entry& e : remembered.hessian)
+    if (!(stage.hessian.values[e.entry] == 0.0)) nx = std::max(nx, e.until);
+  const double *curvature = model.curvature[k].data(), *slope = model.slope[k].data();
+  for (const std::vector<int>* until : {&remembered.penalty, &remembered.hard}) {
+    for (std::size_t i = 0; i < until->size(); ++i) {
+      const bool is_idle = (curvature[i] == 0.0) & (slope[i] == 0.0);
+      nx = std::max(nx, is_idle ? 0 : (*until)[i]);
+    }
+    curvature += until->size();
+    slope += until->size();
+  }
+  return nx;
+}
+
 /// Steps (1) and (2): W' = [F b]' L P + [0 p]', its rows in the order of the panel's. L' from the
 /// left comes in propagate_value.
-void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
+void multiply_by_value(Workspace& work, const QpStage& stage, const SparseColumns& dynamics,
+                       const Knot& knot, const Knot& next) {
   const kernels::Table& kernels = *work.kernels;
   const KnotPlan& plan = *knot.plan;
-  const int nx_next = next.plan->nx;
-  const int ld = padded(nx_next);
+  const int ld = padded(next.nx);
   double* value = work.value;
   double* slope = work.slope;  // becomes P L b + p
-  for (int i = 0; i < nx_next; ++i) slope[i] = next.value[nx_next + i * next.plan->value_ld];
-  kernels.symmetrize(nx_next, next.value, next.plan->value_ld, value, ld);
+  for (int i = 0; i < next.nx; ++i) slope[i] = next.value[next.nx + i * next.plan->value_ld];
+  kernels.symmetrize(next.nx, next.value, next.plan->value_ld, value, ld);
   kernels.substitute(ld, columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), value, ld);
-  kernels.multiply_add(ld, nx_next, value, ld, stage.offset.data(), slope);
+  kernels.multiply_add(ld, next.nx, value, ld, stage.offset.data(), slope);
 
-  const SparseColumns dynamics = columns_of(stage.dynamics);
   double* inputs = work.product;
   double* states = inputs + padded(plan.nu);
-  kernels.multiply_transposed(ld, dynamics, 0, plan.nx, value, ld, states, plan.panel_ld);
-  for (int i = 0; i < nx_next; ++i) {
+  kernels.multiply_transposed(ld, dynamics, 0, plan.moving_nx(), value, ld, states, plan.panel_ld);
+  for (int i = 0; i < next.nx; ++i) {
     double* column = states + i * plan.panel_ld;
-    for (int row = padded(plan.nx); row < plan.value_ld; ++row) column[row] = 0.0;
-    column[plan.nx] = slope[i];
+    std::fill(column + padded(plan.moving_nx()), column + knot.value_rows(), 0.0);
+    column[knot.nx] = slope[i];
   }
   kernels.multiply_transposed(ld, dynamics, plan.nx, plan.nu, value, ld, inputs, plan.panel_ld);
 }
@@ -46,17 +82,16 @@ void multiply_by_value(Workspace& work, const QpStage& stage, const Knot& knot, 
 /// Step (3), the part from the next knot: lower triangle of F'L'P L F, with the gradient's row
 /// F'L'(P L b + p). W' has W's rows as columns: L' from the left works on columns too.
 void propagate_value(Workspace& work, const QpStage& stage, const Knot& knot, const Knot& next) {
-  multiply_by_value(work, stage, knot, next);
+  const SparseColumns dynamics = dynamics_of(work, stage, next);
+  multiply_by_value(work, stage, dynamics, knot, next);
   const kernels::Table& kernels = *work.kernels;
   const KnotPlan& plan = *knot.plan;
   double* product = work.product;
-  kernels.substitute(plan.panel_ld, columns_of(stage.implicit), plan.substitution_order.data(),
+  kernels.substitute(knot.panel_rows(), columns_of(stage.implicit), plan.substitution_order.data(),
                      static_cast<int>(plan.substitution_order.size()), product, plan.panel_ld);
-
-  const SparseColumns dynamics = columns_of(stage.dynamics);
-  kernels.multiply_lower(plan.value_ld, dynamics, 0, plan.nx, product + padded(plan.nu),
-                         plan.panel_ld, knot.value, plan.value_ld);
-  kernels.multiply_lower(plan.panel_ld, dynamics, plan.nx, plan.nu, product, plan.panel_ld,
+  kernels.multiply_lower(knot.value_rows(), dynamics, 0, plan.moving_nx(),
+                         product + padded(plan.nu), plan.panel_ld, knot.value, plan.value_ld);
+  kernels.multiply_lower(knot.panel_rows(), dynamics, plan.nx, plan.nu, product, plan.panel_ld,
                          knot.panel, plan.panel_ld);
 }
 
@@ -128,16 +163,16 @@ bool eliminate_locals(const Workspace& work, const Knot& knot, double* gradient)
 
 /// The gradient becomes G's last row.
 void add_gradient(const KnotPlan& plan, const double* gradient, const Knot& knot) {
-  double* input = knot.panel + padded(plan.nu) + plan.nx;
+  double* input = knot.panel + padded(plan.nu) + knot.nx;
   for (int j = 0; j < plan.nu; ++j) input[j * plan.panel_ld] += gradient[plan.input_slot + j];
-  double* state = knot.value + plan.nx;
-  for (int j = 0; j < plan.nx; ++j) state[j * plan.value_ld] += gradient[plan.state_slot + j];
+  double* state = knot.value + knot.nx;
+  for (int j = 0; j < knot.nx; ++j) state[j * plan.value_ld] += gradient[plan.state_slot + j];
 }
 
 /// Step (5): inputs are pivots, P_k and p_k remain in value().
 bool eliminate_inputs(const Workspace& work, const Knot& knot) {
   const KnotPlan& plan = *knot.plan;
-  return work.kernels->partial_cholesky(plan.nu, plan.value_ld, plan.nx,
+  return work.kernels->partial_cholesky(plan.nu, knot.value_rows(), knot.nx,
                                         work.settings.pivot_tolerance, knot.panel, plan.panel_ld,
                                         knot.value, plan.value_ld) < 0;
 }
@@ -148,13 +183,14 @@ bool eliminate_inputs(const Workspace& work, const Knot& knot) {
 // which would wait for them: locals' own entries long before their rows, the others' at the end.
 bool factorize_knot(Workspace& work, const StageQp& qp, const PenaltyModel& model, int k) {
   const QpStage& stage = qp.stages[k];
-  const Knot& knot = work.knots[k];
+  Knot& knot = work.knots[k];
   const KnotPlan& plan = *knot.plan;
   double* gradient = work.gradient;
+  knot.nx = count_states(work, stage, model, k);
   point_to_columns(work, knot);
   start_gradient(stage, plan, gradient);
   add_hessian(stage, plan.local_hessian, work.locals);
-  clear_columns(knot.value, plan.value_ld, plan.nx, padded(plan.nx));
+  clear_columns(knot.value, plan.value_ld, plan.moving_nx(), padded(knot.nx));
   if (k < qp.horizon()) {
     propagate_value(work, stage, knot, work.knots[k + 1]);
   } else {

@@ -4,10 +4,15 @@
 
 namespace palanquin::structured {
 
-/// Inputs and locals of `z` from its states and constant, by the knot's factors. On entry they hold
-/// what the forward substitution left of a right-hand side, zero if that is the gradient's row.
-void solve_inputs(const Workspace& workspace, const Knot& knot, double* z);
-void solve_locals(const Workspace& workspace, const Knot& knot, double* z);
+/// Inputs and locals of `z` from its states, by the knot's factors, with `constant` times their
+/// gradient's row. On entry they hold what the forward substitution left of a right-hand side, zero
+/// if that is the gradient's row.
+void solve_inputs(const Workspace& workspace, const Knot& knot, double constant, double* z);
+void solve_locals(const Workspace& workspace, const Knot& knot, double constant, double* z);
+
+/// y = P x + constant p for the states x of `z`. y has room for value_ld entries.
+void multiply_value(const Workspace& workspace, const Knot& knot, double constant, double* z,
+                    double* y);
 
 /// States of the next knot: next_x := (I - N)^{-1} (F w + x), where x is what next_x holds on
 /// entry.

@@ -41,6 +41,9 @@ void PlanCapacity::apply(KnotPlan& plan) const {
   hard.apply(plan.hard);
   equality.apply(plan.equality);
   plan.substitution_order.reserve(states);
+  plan.remembered.hessian.reserve(hessian);
+  plan.remembered.penalty.reserve(penalty.rows);
+  plan.remembered.hard.reserve(hard.rows);
   plan.groups.reserve(locals);
   plan.local_slot.reserve(locals);
   plan.local_row.reserve(locals);
@@ -84,6 +87,7 @@ void KnotPlanner::plan(const QpStage& stage, KnotPlan& plan) {
   list_rows(stage.inequality_jacobian, plan, plan.hard);
   list_rows(stage.equality_jacobian, plan, plan.equality);
   order_substitution(stage.implicit, plan);
+  find_remembered(stage, plan);
   group_locals(stage.hessian, plan);
 }
 
@@ -156,9 +160,44 @@ void KnotPlanner::cut_runs(const KnotPlan& plan, RowPattern& rows) {
   rows.run_begin.push_back(static_cast<int>(rows.slot.size()));
 }
 
+/// Equality rows are always held: their states count as in use.
+void KnotPlanner::find_remembered(const QpStage& stage, KnotPlan& plan) {
+  const auto has_entries = [](const SparseBlock& block, int column) {
+    return block.nnz() > 0 && block.column_start[column] < block.column_start[column + 1];
+  };
+  RememberedStates& found = plan.remembered;
+  int first = plan.nx;
+  while (first > 0 && !has_entries(stage.dynamics, first - 1) &&
+         !has_entries(stage.equality_jacobian, first - 1))
+    --first;
+  found.count = plan.nx - first;
+  found.hessian.clear();
+  const SparseBlock& hessian = stage.hessian;
+  for (int j = 0; j < hessian.cols; ++j)
+    for (int e = hessian.column_start[j]; e < hessian.column_start[j + 1]; ++e) {
+      const int row = hessian.row_index[e];
+      const int state = row < plan.nx ? row : j;
+      if (state >= first && state < plan.nx) found.hessian.push_back({e, state + 1});
+    }
+  const auto find_ends = [&](const RowPattern& rows, std::vector<int>& until) {
+    until.assign(rows.rows(), 0);
+    for (int i = 0; i < rows.rows(); ++i) {
+      if (rows.start[i] == rows.start[i + 1]) continue;
+      const int last = rows.slot[rows.start[i + 1] - 1] - plan.state_slot;
+      if (last >= first) until[i] = last + 1;
+    }
+  };
+  find_ends(plan.penalty, found.penalty);
+  find_ends(plan.hard, found.hard);
+}
+
 void KnotPlanner::order_substitution(const SparseBlock& implicit, KnotPlan& plan) {
   plan.substitution_order.clear();
+  plan.implicit_states = 0;
   if (implicit.nnz() == 0) return;
+  for (int c = 0; c < implicit.cols; ++c)
+    for (int e = implicit.column_start[c]; e < implicit.column_start[c + 1]; ++e)
+      plan.implicit_states = std::max({plan.implicit_states, c + 1, implicit.row_index[e] + 1});
   // A column is ready when every column that it names stands in the order or is empty.
   const auto is_empty = [&](int c) {
     return implicit.column_start[c] == implicit.column_start[c + 1];

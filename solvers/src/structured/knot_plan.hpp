@@ -29,6 +29,20 @@ struct HessianEntry {
   int place = 0;
 };
 
+/// The last states, which the dynamics do not depend on (what a knot remembers of the one before,
+/// as limits of rates need it), and what may make the cost depend on them. With nothing of it but
+/// zeros they are idle: the value function does not depend on them either.
+struct RememberedStates {
+  struct Entry {
+    int entry;  ///< of the Hessian
+    int until;  ///< one more than the last state that it is of
+  };
+  int count = 0;
+  std::vector<Entry> hessian;
+  /// For every row one more than the last state that it is over; 0 where that is no such state.
+  std::vector<int> penalty, hard;
+};
+
 /// How G of step (3) is laid out. Its rows and columns are slots in the order
 ///     locals | inputs | states | gradient
 /// with inputs and states starting at multiples of kPad.
@@ -56,11 +70,16 @@ struct KnotPlan : KnotLayout {
   // Entries of the Hessian in G's columns of locals, inputs and states.
   std::vector<HessianEntry> local_hessian, input_hessian, state_hessian;
   int next_nx = 0;  ///< rows of the dynamics
+  /// States that the dynamics depend on are among the first so many.
+  int moving_nx() const { return nx - remembered.count; }
   SparseRuns dynamics;
   int implicit_entries = 0;
+  /// The implicit rows are among the first so many next states, and over these alone.
+  int implicit_states = 0;
   RowPattern penalty;
   RowPattern hard;
   RowPattern equality;
+  RememberedStates remembered;
   /// Columns of `implicit` with entries, each behind those that it names.
   std::vector<int> substitution_order;
 
@@ -98,6 +117,7 @@ class KnotPlanner {
   void list_rows(const SparseBlock& block, const KnotPlan& plan, RowPattern& rows);
   void cut_runs(const KnotPlan& plan, RowPattern& rows);
   void order_substitution(const SparseBlock& implicit, KnotPlan& plan);
+  void find_remembered(const QpStage& stage, KnotPlan& plan);
 
   void group_locals(const SparseBlock& hessian, KnotPlan& plan);
   void join_row(const KnotPlan& plan, const RowPattern& rows);

@@ -147,9 +147,12 @@ void sweep_backward(Workspace& work, const StageQp& qp) {
       add_dynamics_transposed(qp.stages[k].dynamics, plan, work.slope, knot.correction);
     }
     forward_substitute_locals(work, knot, knot.correction);
-    work.kernels->forward_substitute(plan.nu, plan.value_ld, knot.panel, plan.panel_ld,
+    double* states = knot.correction + plan.state_slot;
+    const double kept = states[knot.nx];  // of an idle state, where the factors have the gradient
+    work.kernels->forward_substitute(plan.nu, knot.value_rows(), knot.panel, plan.panel_ld,
                                      knot.correction + plan.input_slot);
-    std::copy_n(knot.correction + plan.state_slot, plan.nx, knot.value_correction);
+    states[knot.nx] = kept;
+    std::copy_n(states, plan.nx, knot.value_correction);
   }
 }
 
@@ -163,11 +166,10 @@ void sweep_forward(Workspace& work, const StageQp& qp) {
     double* dx = dz + plan.state_slot;
     if (k == 0) std::fill_n(dx, plan.nx, 0.0);
     std::fill_n(dx + plan.nx, plan.value_ld - plan.nx, 0.0);
-    solve_inputs(work, knot, dz);
-    solve_locals(work, knot, dz);
+    solve_inputs(work, knot, 0.0, dz);
+    solve_locals(work, knot, 0.0, dz);
     double* dlambda = work.slope;
-    work.kernels->symmetric_multiply(plan.value_ld, plan.nx, knot.value, plan.value_ld, dx,
-                                     dlambda);
+    multiply_value(work, knot, 0.0, dz, dlambda);
     for (int i = 0; i < plan.nx; ++i) dlambda[i] += knot.value_correction[i];
     if (k > 0) substitute_transposed(qp.stages[k - 1], *work.knots[k - 1].plan, dlambda);
 

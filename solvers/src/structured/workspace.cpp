@@ -116,6 +116,7 @@ void Workspace::hand_out_memory(const MemorySizes& sizes) {
   start = memory_.data();
   take_all();
   column.resize(sizes.slots);
+  column_end.resize(sizes.slots);
 }
 
 void Workspace::clear() {

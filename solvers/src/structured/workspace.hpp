@@ -21,11 +21,12 @@ namespace palanquin::structured {
 struct Knot {
   const KnotPlan* plan = nullptr;
   int pattern = -1;         ///< QpStage::pattern that `plan` belongs to
+  int nx = 0;               ///< states but for the idle ones at the end; set by the factorisation
   double* panel = nullptr;  ///< [panel_ld x padded(nu)]
   double* value = nullptr;  ///< [value_ld x padded(nx)]; holds P_k, and p_k' in the row below
-                            ///< it, once the knot is factorised
+                            ///< it, once the knot is factorised; of the first `nx` states
   double* local_factor = nullptr;  ///< [plan->local_factor_size]
-  double* z = nullptr;             ///< over slots: locals, inputs, states and a constant 1
+  double* z = nullptr;             ///< over slots: locals, inputs, states
   double* multiplier = nullptr;    ///< [padded], of x_k
 
   // Used only if the problem has equality rows.
@@ -34,6 +35,11 @@ struct Knot {
   double* equality_residual = nullptr;    ///< [ne]
   double* correction = nullptr;           ///< over slots: right-hand side, then step
   double* value_correction = nullptr;     ///< [padded], change of p_k, then of the multiplier
+
+  /// Rows of states and gradient, padded.
+  int value_rows() const { return kernels::padded(nx + 1); }
+  /// Rows of inputs, states and gradient, padded.
+  int panel_rows() const { return kernels::padded(plan->nu) + value_rows(); }
 };
 
 /// The largest knot's share of each kind of memory. Every knot gets as much, so that a pattern that
@@ -65,6 +71,7 @@ struct Workspace {
   double* gradient = nullptr;   ///< of the knot's own cost and rows, over slots
   double* locals = nullptr;     ///< G's columns of locals
   double* scratch = nullptr;    ///< values of a row, by runs
+  std::vector<int> column_end;  ///< of the dynamics without the rows of idle states
   std::vector<double*> column;  ///< element (i, j), i >= j, of its G is column[j][i]
 
   const StageQp* factorized = nullptr;  ///< the QP whose factors stand, or null
