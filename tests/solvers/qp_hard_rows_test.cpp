@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <tuple>
 
 #include "palanquin/solvers/qp_factory.hpp"
 #include "support/allocation_counter.hpp"
@@ -111,6 +112,34 @@ RandomStageQpOptions many_rows() {
   options.equality_rows = {0, 1};
   options.inequality_rows = {3, 6};
   return options;
+}
+
+/// Whatever the method was at when its recursions ran out.
+TEST(Multipliers, TooFewRecursionsAreNoSolution) {
+  int usable = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const StageQp qp = random_stage_qp(many_rows(), seed);
+    StageQpSolution expected, solution;
+    expected.resize(qp);
+    PenaltyModel model;
+    model.expand(qp, expected.w);
+    ASSERT_EQ(make_qp_solver("structured")->solve(qp, model, expected), QpStatus::Solved);
+    for (int recursions = 1; recursions <= 12; ++recursions)
+      for (int fast : {1, 2, 30}) {
+        SCOPED_TRACE(::testing::PrintToString(std::tuple(seed, recursions, fast)));
+        QpSettings settings;
+        settings.multipliers.max_iterations = recursions;
+        settings.multipliers.fast_iterations = fast;
+        solution = {};
+        solution.resize(qp);
+        if (!is_usable(make_qp_solver("structured", settings)->solve(qp, model, solution)))
+          continue;
+        ++usable;
+        const Eigen::VectorXd right = DenseQp::stack(expected.w);
+        EXPECT_LE((DenseQp::stack(solution.w) - right).norm(), 1e-2 * (1.0 + right.norm()));
+      }
+  }
+  EXPECT_GT(usable, 100);
 }
 
 TEST(Multipliers, AWarmStartNeedsOneRecursion) {

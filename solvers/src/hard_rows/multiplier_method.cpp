@@ -10,9 +10,11 @@ namespace {
 constexpr double kEnough = 0.25;   ///< an update that leaves more of the violation is a poor one
 constexpr double kStiffen = 10.0;  ///< what rho grows by after a poor update
 constexpr double kLargestGrowth = 10.0;
+constexpr int kPatience = 2;  ///< full steps that may change no fewer rows than one before
 /// [|w|] What bounds are moved outwards by. Without it rounding puts rows in and out that other
 /// rows hold at their bounds.
 constexpr double kOutwards = 1e-9;
+constexpr double kTie = 1e-11;  ///< [|w|] over the stiffness: forces that are zero to rounding
 /// Rows are called contradicting when no point within so many times the solution's size holds them.
 constexpr double kCertified = 1e3;
 
@@ -31,7 +33,11 @@ QpStatus MultiplierMethod::run(StageQpSolution& point, int recursions) {
   while (recursions_ < recursions) {
     const QpStatus status = take_newton_step(point);
     if (!is_usable(status)) return status;
-    if (update_active_set()) continue;
+    if (const int changes = update_active_set(); changes > 0) {
+      watch_progress(changes);
+      continue;
+    }
+    restart_search();
 
     const double most = violation();
     if (std::isnan(most)) return QpStatus::NonFinite;
@@ -45,17 +51,23 @@ QpStatus MultiplierMethod::run(StageQpSolution& point, int recursions) {
     }
     before = most;
   }
+  qp_.write_multipliers(multiplier_, point);
   return QpStatus::NotSolved;
 }
 
 void MultiplierMethod::start(const StageQpSolution& point) {
-  target_ = point;
+  target_.resize(qp_.qp());
   qp_.read_multipliers(point, multiplier_);
   stiffness_ = settings_.stiffness * qp_.stiffness();
   outwards_ = kOutwards * qp_.norm().cwiseMin(1.0);
   is_active_.resize(static_cast<std::size_t>(multiplier_.size()));
+  misjudged_.reserve(is_active_.size());
   for (Eigen::Index j = 0; j < multiplier_.size(); ++j) is_active_[j] = multiplier_[j] > 0.0;
+  direction_.resize(point.w.size());
+  for (std::size_t k = 0; k < point.w.size(); ++k) direction_[k].resize(point.w[k].size());
+  change_.resize(multiplier_.size());
   has_last_ = false;
+  restart_search();
   recursions_ = 0;
   update_ms_ = 0.0;
 }
@@ -74,8 +86,7 @@ QpStatus MultiplierMethod::take_newton_step(StageQpSolution& point) {
   update_ms_ += solver_.update_ms();
   if (!is_usable(status)) return status;
   double alpha = 1.0;
-  if (recursions_ > 0) {
-    direction_.resize(point.w.size());
+  if (is_searching_) {
     for (std::size_t k = 0; k < point.w.size(); ++k) direction_[k] = target_.w[k] - point.w[k];
     alpha = search();
   }
@@ -91,13 +102,21 @@ QpStatus MultiplierMethod::take_newton_step(StageQpSolution& point) {
 
 /// The step length in [0, 1] of lowest cost along direction_, which ends at the model's minimiser.
 /// The model's slope there is curvature (alpha - 1); to this comes what the rows are that the model
-/// has wrongly on or off.
+/// has wrongly on or off, now or at the end.
 double MultiplierMethod::search() {
   qp_.multiply(direction_, change_);
+  misjudged_.clear();
+  for (Eigen::Index j = 0; j < value_.size(); ++j) {
+    const double force = multiplier_[j] + stiffness_[j] * value_[j];
+    const double force_at_end = force + stiffness_[j] * change_[j];
+    const bool is_active = is_active_[j] != 0;
+    if ((force > 0.0) != is_active || (force_at_end > 0.0) != is_active) misjudged_.push_back(j);
+  }
+  if (misjudged_.empty()) return 1.0;
   const double curvature = qp_.curvature_along(direction_);
   const auto slope = [&](double alpha) {
     double sum = curvature * (alpha - 1.0);
-    for (Eigen::Index j = 0; j < value_.size(); ++j) {
+    for (const Eigen::Index j : misjudged_) {
       const double force = multiplier_[j] + stiffness_[j] * (value_[j] + alpha * change_[j]);
       sum += change_[j] * (std::max(0.0, force) - (is_active_[j] ? force : 0.0));
     }
@@ -113,15 +132,32 @@ double MultiplierMethod::search() {
   return high;
 }
 
-/// Replaces the active set by that of the point; false if they are the same.
-bool MultiplierMethod::update_active_set() {
-  bool is_changed = false;
+void MultiplierMethod::restart_search() {
+  is_searching_ = false;
+  fewest_changes_ = std::numeric_limits<int>::max();
+  stalled_ = 0;
+}
+
+/// Full steps find most active sets soonest, but may go in circles: as soon as the rows that change
+/// do not get fewer, the search takes over.
+void MultiplierMethod::watch_progress(int changes) {
+  stalled_ = changes < fewest_changes_ ? 0 : stalled_ + 1;
+  fewest_changes_ = std::min(fewest_changes_, changes);
+  is_searching_ = is_searching_ || stalled_ >= kPatience;
+}
+
+/// Replaces the active set by that of the point; how many rows that changes. A row whose force is
+/// zero to rounding stays what it is.
+int MultiplierMethod::update_active_set() {
+  int changes = 0;
   for (Eigen::Index j = 0; j < value_.size(); ++j) {
-    const bool active = multiplier_[j] + stiffness_[j] * value_[j] > 0.0;
-    is_changed = is_changed || active != static_cast<bool>(is_active_[j]);
+    const double tie = kTie * stiffness_[j] * qp_.norm()[j];
+    const double force = multiplier_[j] + stiffness_[j] * value_[j];
+    const bool active = force > (is_active_[j] ? -tie : tie);
+    changes += static_cast<int>(active != static_cast<bool>(is_active_[j]));
     is_active_[j] = active;
   }
-  return is_changed;
+  return changes;
 }
 
 double MultiplierMethod::violation() const {

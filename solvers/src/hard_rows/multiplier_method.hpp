@@ -17,8 +17,8 @@ namespace palanquin {
 /// with an estimate nu of its multiplier and a stiffness rho.
 ///
 ///   1. Minimise that. On an active set, the rows where nu_j + rho_j h_j > 0, it is a QP without
-///      hard rows; its minimiser gives the next active set, by an exact line search from the second
-///      step on, until the set stays.
+///      hard rows; its minimiser gives the next active set, until the set stays. From where the
+///      rows that change do not get fewer an exact line search shortens the steps.
 ///   2. nu = max(0, nu + rho h). If the rows hold to the tolerance, done; if the update proves that
 ///      they contradict each other, infeasible; if they hardly improved, rho grows.
 class MultiplierMethod {
@@ -40,7 +40,9 @@ class MultiplierMethod {
   void start(const StageQpSolution& point);
   QpStatus take_newton_step(StageQpSolution& point);
   double search();
-  bool update_active_set();
+  int update_active_set();
+  void restart_search();
+  void watch_progress(int changes);
   void update_multipliers();
   bool is_contradiction(const StageQpSolution& point);
 
@@ -52,7 +54,9 @@ class MultiplierMethod {
   // Over rows.
   Eigen::VectorXd multiplier_, stiffness_, outwards_, value_, change_, base_, curvature_, increase_;
   std::vector<char> is_active_;
-  bool has_last_ = false;
+  std::vector<Eigen::Index> misjudged_;  ///< rows that the model of a step has wrongly on or off
+  bool has_last_ = false, is_searching_ = false;
+  int fewest_changes_ = 0, stalled_ = 0;
   int recursions_ = 0;
   double update_ms_ = 0.0;
 };

@@ -1,6 +1,7 @@
 #include "hard_rows/qp_hard_rows.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "hard_rows/interior_point.hpp"
 #include "hard_rows/multiplier_method.hpp"
@@ -86,7 +87,7 @@ class HardRowsQpSolver final : public QpSolver {
                                     settings_.curvature_floor * rows_.largest_curvature());
       status = run(solution);
     }
-    if (is_usable(status)) solution = point_;
+    if (is_usable(status)) std::swap(solution, point_);
     is_infeasible_ = status == QpStatus::PrimalInfeasible;
     solve_ms_ = stopwatch.lap_ms() - update_ms_;
     return status;
@@ -109,7 +110,8 @@ class HardRowsQpSolver final : public QpSolver {
     }
     make_cold(warm);
     status = run_multipliers(left_);
-    const bool is_close = status == QpStatus::NotSolved && multipliers_.violation() <= kUsable;
+    const bool is_close = status == QpStatus::NotSolved && multipliers_.recursions() > 0 &&
+                          multipliers_.violation() <= kUsable;
     return is_close ? QpStatus::Inaccurate : status;
   }
 

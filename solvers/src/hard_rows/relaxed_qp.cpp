@@ -66,16 +66,18 @@ void RelaxedQp::measure_rows(const QpStage& stage, Eigen::Index first) {
   auto norm = norm_.segment(first, rows.rows);
   auto stiffness = stiffness_.segment(first, rows.rows);
   norm.setZero();
-  for (int j = 0; j < rows.cols; ++j)
+  for (int j = 0; j < rows.cols; ++j) {
+    if (rows.column_start[j] == rows.column_start[j + 1]) continue;
+    const double curvature = diagonal(stage.hessian, j);
     for (int e = rows.column_start[j]; e < rows.column_start[j + 1]; ++e) {
       const int i = rows.row_index[e];
-      if (rows.values[e] != 0.0) stiffness[i] = std::max(stiffness[i], diagonal(stage.hessian, j));
+      if (rows.values[e] != 0.0) stiffness[i] = std::max(stiffness[i], curvature);
       norm[i] += rows.values[e] * rows.values[e];
     }
-  for (Eigen::Index i = 0; i < norm.size(); ++i) {
-    norm[i] = norm[i] > 0.0 ? std::sqrt(norm[i]) : 1.0;
-    stiffness[i] /= norm[i] * norm[i];
   }
+  norm = (norm.array() > 0.0).select(norm, 1.0);
+  stiffness.array() /= norm.array();
+  norm = norm.cwiseSqrt();
 }
 
 void RelaxedQp::set_forces(const Eigen::VectorXd& base, const Eigen::VectorXd& curvature) {
