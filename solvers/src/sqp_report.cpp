@@ -1,6 +1,8 @@
 // What an Sqp tells of its last solve beside the plan.
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <limits>
 #include <stdexcept>
 
@@ -74,6 +76,17 @@ std::string Sqp::describe_worst_rows(const RowMatrix& trajectory) const {
                                         trajectory, settings_.equality_tolerance);
 }
 
+namespace {
+/// Three digits of it, however small.
+void append(double value, std::string& text) {
+  constexpr int kDigits = 3;
+  std::array<char, 32> digits{};
+  const auto end =
+      std::to_chars(digits.begin(), digits.end(), value, std::chars_format::general, kDigits);
+  text.append(digits.begin(), end.ptr);
+}
+}  // namespace
+
 /// Hard rows over the measured state alone are no plan's fault; the message names the worst one.
 void Sqp::mention_measured_rows() {
   const KnotShape& first = transcription_->shape(0);
@@ -84,7 +97,8 @@ void Sqp::mention_measured_rows() {
   if (worst == first.measured_rows.end() || !(value(*worst) > settings_.equality_tolerance)) return;
   message_ += "; the measured state itself violates " +
               transcription_->problem().row_name(first.stage, RowKind::Inequality, *worst, 0) +
-              " by " + std::to_string(value(*worst));
+              " by ";
+  append(value(*worst), message_);
 }
 
 Status Sqp::status() const {
