@@ -10,6 +10,7 @@ from support.small_problems import LIBRARY
 from typer.testing import CliRunner
 
 import palanquin as pq
+from palanquin.benchmarks.suites import rates
 from palanquin.benchmarks.suites.certificate import KktError, kkt_error, violation_slope
 from palanquin.benchmarks.suites.report import performance_profile
 from palanquin.benchmarks.suites.stated_program import StatedProgram
@@ -164,3 +165,24 @@ def test_loops_compare_one_iteration_with_convergence(tmp_path, session_cache, m
         assert row["cost_ratio"] == pytest.approx(1, abs=0.01)
         assert row["violation"] < 1e-6
     assert all(row["dropped"] == 0 for row in rows)
+
+
+def test_rates_are_compared_with_the_step_without_them(tmp_path, session_cache, monkeypatch):
+    """Limits that are not met change no plan; the ratio of what has no rates is one."""
+    monkeypatch.setenv("PALANQUIN_CACHE", str(session_cache))
+    monkeypatch.setattr(rates, "SIZES", ((4, 2),))
+    file = tmp_path / "rates.json"
+    result = CliRunner().invoke(app, ["bench", "rates", "--repetitions", "2", "--json", str(file)])
+    assert result.exit_code == 0, result.output
+    rows = json.loads(file.read_text())["rows"]
+    assert [row["variant"] for row in rows] == [v.name for v in rates.VARIANTS]
+    for row in rows:
+        assert row["median_ms"] > 0
+        assert (row["ratio"] == 1) == row["variant"].startswith("no rates")
+    inputs = []
+    for variant in (v for v in rates.VARIANTS if v.enters != "cost"):
+        lowered = rates.build(4, 2, variant).lower()
+        inputs.append(pq.Sqp(lowered).solve(lowered.parameters(), lowered.knot(),
+                                            lowered.trajectory()).trajectory["u"])  # fmt: skip
+        assert np.abs(np.diff(inputs[-1], axis=0)).max() < rates.LIMIT
+        np.testing.assert_allclose(inputs[-1], inputs[0], atol=1e-6)

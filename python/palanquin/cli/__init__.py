@@ -14,6 +14,7 @@ from palanquin.cli import (
     bench_holonomic,
     bench_loops,
     bench_qps,
+    bench_rates,
     bench_suites,
     bench_whole_body,
     campaign,
@@ -43,6 +44,7 @@ bench.app.command("whole-body")(bench_whole_body.whole_body)
 bench.app.command("suites")(bench_suites.suites)
 bench.app.command("loops")(bench_loops.loops)
 bench.app.command("qps")(bench_qps.qps)
+bench.app.command("rates")(bench_rates.rates)
 app.add_typer(bench.app, name="bench")
 app.add_typer(campaign.app, name="campaign")
 app.add_typer(figures.app, name="figures")
