@@ -12,6 +12,8 @@ from rich.table import Table
 
 from palanquin.benchmarks.machine import describe_machine, source_revision
 from palanquin.benchmarks.qps.solvers import Solver, Task
+from palanquin.benchmarks.suites.report import draw_profile
+from palanquin.benchmarks.suites.verdict import Verdict
 from palanquin.errors import ProblemError
 from palanquin.qp_files import FORMATS, read_qp
 
@@ -88,8 +90,10 @@ def _row(path: Path, task: Task, name: str) -> Row:
     }  # fmt: skip
 
 
-def report_qps(results: dict[str, Any], console: Console) -> None:
-    """A line a family of files (a name without its number) and solver."""
+def report_qps(results: dict[str, Any], console: Console, folder: Path | None = None) -> None:
+    """A line a family of files (a name without its number) and solver, and all that were not
+    solved; the performance profile goes into `folder`.
+    """
     table = Table(title=f"QPs solved to a scaled KKT error of {SOLVED:g}", box=None)
     for name in ("family", "solver", "solved", "median ms", "slowest ms", "worst error"):
         table.add_column(name, justify="left" if name in ("family", "solver") else "right")
@@ -109,5 +113,28 @@ def report_qps(results: dict[str, Any], console: Console) -> None:
             f"{max(errors):.1e}" if errors else "",
         )
     console.print(table)
+    _print_unsolved(results["rows"], console)
+    if folder is not None:
+        console.print(f"picture: {_draw(results['rows'], folder)}", markup=False, highlight=False)
     for name, why in results["skipped"].items():
         console.print(f"left out: {name}: {why}", markup=False, highlight=False)
+
+
+def _print_unsolved(rows: list[Row], console: Console) -> None:
+    for solver in dict.fromkeys(row["solver"] for row in rows):
+        unsolved = [row["qp"] for row in rows if row["solver"] == solver and not row["solved"]]
+        if unsolved:
+            text = f"not solved by {solver}: {', '.join(unsolved)}"
+            console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _draw(rows: list[Row], folder: Path) -> Path:
+    runs = [
+        {
+            "problem": row["qp"], "start": "", "solver": row["solver"],
+            "milliseconds": row["solve_ms"],
+            "verdict": Verdict.OPTIMAL if row["solved"] else Verdict.FAILED,
+        }
+        for row in rows
+    ]  # fmt: skip
+    return draw_profile(runs, "milliseconds", folder / "profile-qps.png")

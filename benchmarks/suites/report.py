@@ -29,7 +29,7 @@ def report_suite(results: dict[str, Any], folder: Path, console: Console) -> lis
     _print_wrong(rows, console)
     print_machine(console, results["machine"], results["revision"])
     return [
-        _profile(rows, figure, folder / f"profile-{figure}.png")
+        draw_profile(rows, figure, folder / f"profile-{figure}.png")
         for figure in ("iterations", "milliseconds")
     ]
 
@@ -112,7 +112,8 @@ def _print_wrong(rows: list[Row], console: Console) -> None:
             )
 
 
-def _profile(rows: list[Row], figure: str, path: Path) -> Path:
+def draw_profile(rows: list[Row], figure: str, path: Path) -> Path:
+    """The picture of a `performance_profile`; returns its path."""
     runs = len({(row["problem"], row["start"]) for row in rows})
     picture = Figure(figsize=(7.5, 5), layout="constrained")
     axes = picture.subplots()

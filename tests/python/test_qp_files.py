@@ -1,11 +1,13 @@
 """QPs as files: what is written is read again, what is foreign is refused, and both are solved."""
 
 import json
+import sys
 
 import casadi as ca
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.io import savemat
 from typer.testing import CliRunner
 
 import palanquin as pq
@@ -14,6 +16,12 @@ from palanquin.cli import app
 from palanquin.qp_files import GeneralQp, Knot, OcpQp, find_stages, from_general, read_qp, write_qp
 
 rng = np.random.default_rng(0)
+
+
+@pytest.fixture(autouse=True)
+def own_numbers(monkeypatch):
+    """Each test draws the same numbers whatever runs before it."""
+    monkeypatch.setattr(sys.modules[__name__], "rng", np.random.default_rng(0))
 
 
 def random_general(n=5, equalities=1, rows=6):
@@ -117,6 +125,38 @@ def test_stages_are_found_in_a_pattern(with_first, states_first):
     assert len(find_stages(random_general()).knots) == 1
 
 
+def test_a_variable_of_the_whole_horizon_becomes_a_state():
+    """Last in the file; it costs, has bounds, and is in the dynamics and in a row of one stage."""
+    stages, (nx, nu) = 20, (2, 1)
+    A, B = np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[0.0], [0.1]])
+    n = stages * nx + (stages - 1) * nu + 1
+    rows, low, up = [], [], []
+    for k in range(stages - 1):
+        at = k * (nx + nu)
+        row = np.zeros((nx, n))
+        row[:, at : at + nx], row[:, at + nx : at + nx + nu] = -A, -B
+        row[:, at + nx + nu : at + 2 * nx + nu] = np.eye(nx)
+        row[:, -1] = [0.3, -0.2]
+        rows.append(row)
+        low, up = [*low, 0.0, 0.0], [*up, 0.0, 0.0]
+    bounds = np.eye(n)[[0, 1, 2, n - 1]]
+    apart = np.zeros((1, n))
+    apart[0, 3], apart[0, -1] = 1.0, 1.0
+    C = np.vstack([*rows, bounds, apart])
+    low = np.r_[low, 1.0, 0.0, -1.0, -0.5, -np.inf]
+    up = np.r_[up, 1.0, 0.0, 1.0, 0.4, 1.1]
+    P, q = np.eye(n), np.zeros(n)
+    q[-1] = -3.0
+    qp = GeneralQp("whole", P, q, C, low, up)
+    ocp = find_stages(qp)
+    assert [(knot.nx, knot.nu) for knot in ocp.knots] == [(3, 1)] * (stages - 1) + [(3, 0)]
+    staged = Task.of(qp)
+    x = assert_solved(qp)
+    alone = structured(Task(qp, from_general(qp)))().x
+    np.testing.assert_allclose(x[0], alone[-1], atol=1e-6)
+    np.testing.assert_allclose(staged.general.cost(x), qp.cost(alone), rtol=1e-6)
+
+
 def test_inputs_without_cost_are_held_by_their_rows():
     """As in public sets of legged robots: any input that meets the rows and leads there."""
     qp = random_ocp()
@@ -153,6 +193,35 @@ def test_files_of_the_public_benchmarks_are_read(tmp_path):
         qp = read_qp(tmp_path / "given.npz")
         assert qp.low.size == 3
         np.testing.assert_allclose(assert_solved(qp), [0.25, 0.0], atol=1e-7)
+
+
+def test_files_in_matlabs_format_are_read(tmp_path):
+    """Of both kinds: one triangle of P and rows with infinite bounds; rows and bounds apart."""
+    P, rows = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([[1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    low, up = np.array([0.5, -np.inf, -1.0]), np.array([0.5, 0.2, np.inf])
+    expected = GeneralQp("given", P, np.array([-2.0, 0.0]), rows, low, up)
+    given = {
+        "maros_meszaros": {
+            "P": sparse.csc_matrix(np.triu(P)), "q": expected.q, "A": sparse.csc_matrix(rows),
+            "l": np.maximum(low, -1e20), "u": np.minimum(up, 1e20),
+        },
+        "piqp": {
+            "P": sparse.csc_matrix(np.triu(P)), "c": expected.q[:, None], "A": rows[:1],
+            "b": np.array([[0.5]]), "G": rows[1:2], "h_l": np.array([[-1e30]]),
+            "h_u": np.array([[0.2]]), "x_l": np.array([[-1e30], [-1.0]]),
+            "x_u": np.array([[1e30], [1e30]]),
+        },
+    }  # fmt: skip
+    for name, content in given.items():
+        savemat(tmp_path / f"{name}.mat", content)
+        qp = read_qp(tmp_path / f"{name}.mat")
+        assert_same(qp, expected)
+        np.testing.assert_allclose(assert_solved(qp), [0.2, 0.3], atol=1e-7)
+    for missing in ("c", "h_l"):
+        part = {key: value for key, value in given["piqp"].items() if key != missing}
+        savemat(tmp_path / "part.mat", part)
+        with pytest.raises(pq.ProblemError, match=r"part\.mat: not a QP"):
+            read_qp(tmp_path / "part.mat")
 
 
 class Runs:
@@ -263,18 +332,23 @@ def test_the_qp_of_a_step_is_exported(tmp_path, exported, ending):
 def test_the_command_compares_solvers_on_a_folder(tmp_path):
     write_qp(tmp_path / "own1.json", random_ocp())
     write_qp(tmp_path / "own2.npz", random_general())
+    apart = np.array([1.0, -np.inf]), np.array([np.inf, 0.0])
+    write_qp(tmp_path / "own3.npz", GeneralQp("", np.eye(1), np.zeros(1), np.ones((2, 1)), *apart))
     (tmp_path / "bad.json").write_text("{}")
-    file = tmp_path / "rows"
+    file, pictures = tmp_path / "rows", tmp_path / "pictures"
     answer = CliRunner().invoke(
         app, ["bench", "qps", str(tmp_path), "--solvers", "structured,hpipm", "--repetitions", "1",
-              "--json", str(file)]
+              "--json", str(file), "--out", str(pictures)]
     )  # fmt: skip
     assert answer.exit_code == 0, answer.output
     results = json.loads(file.read_text())
     found = {(row["qp"], row["solver"]): row["solved"] for row in results["rows"]}
     assert found == {
         ("own1", "structured"): True, ("own1", "hpipm"): True, ("own2", "structured"): True,
+        ("own3", "structured"): False,
     }  # fmt: skip
+    assert "not solved by structured: own3" in answer.output
+    assert (pictures / "profile-qps.png").stat().st_size > 0
     assert list(results["skipped"]) == ["bad.json"]
     assert "own" in answer.output
     assert CliRunner().invoke(app, ["bench", "qps", str(tmp_path / "none")]).exit_code == 2

@@ -8,7 +8,14 @@ from typing import Annotated
 import typer
 
 from palanquin.cli.bench_options import Headless, JsonFile, chosen
-from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
+from palanquin.cli.console import (
+    check_writable,
+    err,
+    out,
+    prepare_folder,
+    reported_errors,
+    write_json,
+)
 from palanquin.errors import ProblemError
 
 Folder = Annotated[
@@ -20,12 +27,16 @@ Solvers = Annotated[
 Repetitions = Annotated[
     int, typer.Option(min=1, max=10_000, help="Solves of each QP; the median counts.")
 ]
+Pictures = Annotated[
+    Path | None, typer.Option("--out", metavar="FOLDER", help="For the performance profile.")
+]
 
 
 def qps(
     folder: Folder,
     solvers: Solvers = "",
     repetitions: Repetitions = 5,
+    pictures: Pictures = None,
     json_file: JsonFile = None,
     headless: Headless = False,
 ) -> None:
@@ -40,6 +51,8 @@ def qps(
 
     with reported_errors():
         check_writable("--json", json_file)
+        if pictures is not None:
+            prepare_folder("--out", pictures)
         if not folder.is_dir():
             raise ProblemError(f"{folder} is no folder")
         known = installed()
@@ -51,4 +64,4 @@ def qps(
         with err.status("reading") as status:
             results = run_qps(qp_paths(folder), by, repetitions, status.update)
         write_json("--json", json_file, results)
-    report_qps(results, out)
+    report_qps(results, out, pictures)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from palanquin.errors import ProblemError
 from palanquin.qp_files.general_qp import Array, GeneralQp
 from palanquin.qp_files.ocp_qp import Knot, OcpQp
 
+_FAR = 0.5  # of all variables, between two rows
+_MOST_CONSTANTS = 5
 Sizes = list[tuple[int, int]]
 """(nx, nu) of every stage."""
 
@@ -106,8 +109,20 @@ def find_stages(qp: GeneralQp) -> OcpQp:
     """By stages of equal sizes, as many as the pattern allows; by one stage if it tells of none.
 
     Tried are the usual orders of variables: (x_0, u_0, x_1, ...), all states before all inputs, and
-    both without x_0.
+    both without x_0. Variables that rows of the whole horizon are over, a final time or a parameter
+    that is decided, become states that stay as they are, in front of the others: the QP by stages
+    then has a copy of them at every stage.
     """
+    throughout = _throughout(qp)
+    if throughout.any() and (found := _cut(_without(qp, throughout))) is not None:
+        with suppress(ProblemError):  # where their cost is coupled with that of other stages
+            return _with_constants(qp, throughout, *found)
+    found = _cut(qp)
+    return from_general(qp) if found is None else from_general(found[0], found[2])
+
+
+def _cut(qp: GeneralQp) -> tuple[GeneralQp, NDArray[np.int_], Sizes] | None:
+    """Its variables in the order of stages, that order, and the stages' sizes."""
     n = qp.q.size
     for stages in range(n, 1, -1):
         for order, sizes in _layouts(n, stages):
@@ -115,10 +130,63 @@ def find_stages(qp: GeneralQp) -> OcpQp:
             if sorted_qp is None:
                 continue
             try:
-                return from_general(sorted_qp, sizes)
+                from_general(sorted_qp, sizes)
             except ProblemError:
                 continue
-    return from_general(qp)
+            return sorted_qp, order, sizes
+    return None
+
+
+def _throughout(qp: GeneralQp) -> NDArray[np.bool_]:
+    """Which variables are in rows far from each other, by the middle of the variables that a row is
+    over; none where they are many.
+    """
+    n, is_over = qp.q.size, qp.C != 0
+    middle = [float(np.median(np.flatnonzero(row))) if row.any() else np.nan for row in is_over]
+    spread = [np.ptp(np.array(middle)[rows]) if rows.any() else 0.0 for rows in is_over.T]
+    found = np.array(spread) > _FAR * n
+    return found if found.sum() <= _MOST_CONSTANTS else np.zeros_like(found)
+
+
+def _without(qp: GeneralQp, left_out: NDArray[np.bool_]) -> GeneralQp:
+    kept = ~left_out
+    alone = ~np.any(qp.C[:, kept], axis=1)  # their own bounds
+    return GeneralQp(
+        qp.name, qp.P[np.ix_(kept, kept)], qp.q[kept], qp.C[~alone][:, kept], qp.low[~alone],
+        qp.up[~alone],
+    )  # fmt: skip
+
+
+def _with_constants(
+    qp: GeneralQp, constant: NDArray[np.bool_], _: GeneralQp, order: NDArray[np.int_], sizes: Sizes
+) -> OcpQp:
+    """`qp` with the constants in front of each stage's states; their cost is the first one's."""
+    count, widths = int(constant.sum()), [nx + nu for nx, nu in sizes]
+    starts = np.concatenate([[0], np.cumsum([count + width for width in widths])]).astype(int)
+    stage_of = np.empty(order.size, dtype=int)
+    stage_of[order] = np.repeat(np.arange(len(sizes)), widths)
+    place = np.empty(order.size, dtype=int)  # of the others' variables among the new ones
+    place[order] = np.concatenate(
+        [start + count + np.arange(width) for start, width in zip(starts, widths, strict=False)]
+    )
+    others, n = np.flatnonzero(~constant), int(starts[-1])
+    new = np.empty(qp.q.size, dtype=int)  # where a variable is, constants at the first stage
+    new[others], new[constant] = place, np.arange(count)
+    P, q = np.zeros((n, n)), np.zeros(n)
+    P[np.ix_(new, new)], q[new] = qp.P, qp.q
+    C = np.zeros((qp.low.size, n))
+    C[:, place] = qp.C[:, others]
+    for row, coefficients, rest in zip(C, qp.C[:, constant], qp.C[:, others], strict=True):
+        used = np.flatnonzero(rest)
+        start = starts[stage_of[used].min() if used.size else 0]
+        row[start : start + count] = coefficients
+    stays = np.zeros((count * (len(sizes) - 1), n))
+    for k, rows in enumerate(np.split(stays, len(sizes) - 1)):
+        rows[:, starts[k] : starts[k] + count] = -np.eye(count)
+        rows[:, starts[k + 1] : starts[k + 1] + count] = np.eye(count)
+    zero = np.zeros(len(stays))
+    whole = GeneralQp(qp.name, P, q, np.vstack([stays, C]), np.r_[zero, qp.low], np.r_[zero, qp.up])
+    return from_general(whole, [(count + nx, nu) for nx, nu in sizes])
 
 
 def _layouts(n: int, stages: int) -> Iterator[tuple[NDArray[np.int_], Sizes]]:
