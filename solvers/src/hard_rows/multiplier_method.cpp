@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kEnough = 0.25;   ///< an update that leaves more of the violation is a poor one
 constexpr double kStiffen = 10.0;  ///< what rho grows by after a poor update
+/// Stiffer rows would spoil the refinement of equality rows; where there are none, all rows are as
+/// stiff from the start.
 constexpr double kLargestGrowth = 10.0;
 constexpr int kPatience = 2;  ///< full steps that may change no fewer rows than one before
 /// [|w|] What bounds are moved outwards by. Without it rounding puts rows in and out that other
@@ -29,7 +31,8 @@ double largest_entry(const std::vector<Eigen::VectorXd>& w) {
 
 QpStatus MultiplierMethod::run(StageQpSolution& point, int recursions) {
   start(point);
-  double before = std::numeric_limits<double>::infinity(), growth = 1.0;
+  double before = std::numeric_limits<double>::infinity();
+  double growth = qp_.has_equality_rows() ? 1.0 : kLargestGrowth;
   while (recursions_ < recursions) {
     const QpStatus status = take_newton_step(point);
     if (!is_usable(status)) return status;
@@ -59,6 +62,7 @@ void MultiplierMethod::start(const StageQpSolution& point) {
   target_.resize(qp_.qp());
   qp_.read_multipliers(point, multiplier_);
   stiffness_ = settings_.stiffness * qp_.stiffness();
+  if (!qp_.has_equality_rows()) stiffness_ *= kLargestGrowth;
   outwards_ = kOutwards * qp_.norm().cwiseMin(1.0);
   is_active_.resize(static_cast<std::size_t>(multiplier_.size()));
   misjudged_.reserve(is_active_.size());

@@ -32,8 +32,10 @@ void RelaxedQp::take(const StageQp& qp, const PenaltyModel& model) {
   original_ = &qp;
   Eigen::Index rows = 0;
   double largest = 0.0;
+  has_equality_rows_ = false;
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
     rows += qp.stages[k].inequality_value.size();
+    has_equality_rows_ = has_equality_rows_ || qp.stages[k].equality_value.size() > 0;
     for (int j = 0; j < qp.stages[k].hessian.cols; ++j)
       largest = std::max(largest, diagonal(qp.stages[k].hessian, j));
   }

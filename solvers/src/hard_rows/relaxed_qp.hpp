@@ -21,6 +21,7 @@ class RelaxedQp {
   void take(const StageQp& qp, const PenaltyModel& model);
 
   Eigen::Index rows() const { return norm_.size(); }
+  bool has_equality_rows() const { return has_equality_rows_; }
   const StageQp& qp() const { return *original_; }
   /// Of the penalised rows, then of the hard ones.
   const PenaltyModel& model() const { return model_; }
@@ -55,6 +56,7 @@ class RelaxedQp {
   PenaltyModel model_;
   Eigen::VectorXd norm_, stiffness_;
   double largest_curvature_ = 1.0;
+  bool has_equality_rows_ = false;
   Eigen::VectorXd product_, row_product_;  ///< scratch of a knot
 };
 
