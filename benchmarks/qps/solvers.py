@@ -84,14 +84,31 @@ def piqp(task: Task) -> Solve:
     """PIQP, dense."""
     import piqp as peer
 
+    return _piqp(task, peer.DenseSolver, np.asarray)
+
+
+def piqp_sparse(task: Task) -> Solve:
+    """PIQP, sparse; by stages where there are some."""
+    import piqp as peer
+    from scipy import sparse
+
+    def make() -> Any:
+        solver = peer.SparseSolver()
+        if task.has_stages:
+            solver.settings.kkt_solver = peer.KKTSolver.sparse_multistage
+        return solver
+
+    return _piqp(task, make, sparse.csc_matrix)
+
+
+def _piqp(task: Task, make: Callable[[], Any], kept: Callable[[Array], Any]) -> Solve:
     qp, equal = task.general, task.general.is_equality
+    P, A, G = kept(qp.P), kept(qp.C[equal]), kept(qp.C[~equal])
 
     def solve() -> Answer:
-        solver = peer.DenseSolver()
+        solver = make()
         solver.settings.eps_abs = solver.settings.eps_rel = TOLERANCE
-        solver.setup(
-            qp.P, qp.q, qp.C[equal], qp.low[equal], qp.C[~equal], qp.low[~equal], qp.up[~equal]
-        )
+        solver.setup(P, qp.q, A, qp.low[equal], G, qp.low[~equal], qp.up[~equal])
         status, ms = _timed(solver.solve)
         result = solver.result
         y = np.zeros(qp.low.size)
@@ -214,6 +231,7 @@ def _nothing(task: Task) -> tuple[Array, Array]:
 _PACKAGES: Mapping[str, tuple[Solver, tuple[str, ...]]] = {
     "structured": (structured, ()),
     "piqp": (piqp, ("piqp",)),
+    "piqp-sparse": (piqp_sparse, ("piqp", "scipy")),
     "osqp": (osqp, ("osqp", "scipy")),
     "proxqp": (proxqp, ("proxsuite",)),
     "daqp": (daqp, ("daqp",)),
