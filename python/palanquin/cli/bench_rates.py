@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
+from palanquin.cli.bench_options import Headless, JsonFile
 from palanquin.cli.console import check_writable, err, out, reported_errors, write_json
 from palanquin.schema import LAST_SEED
 
 Repetitions = Annotated[int, typer.Option(min=1, max=1_000_000, help="Steps of each variant.")]
 Seed = Annotated[int, typer.Option(min=0, max=LAST_SEED, help="Of the kicks, equal for all.")]
-JsonFile = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="For all rows.")]
-Headless = Annotated[bool, typer.Option("--headless", help="Open no window; benchmarks never do.")]
 
 
 def rates(
