@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -66,14 +67,26 @@ class Carrier:
         checks.array(f"{self.name}.hand", self.model.hand, 3)
 
 
+FeetBelow = Literal["hips", "load"]
+"""What feet are below by default: the hips, as in the paper, or, on average, the zero-moment point
+of the robot and what it carries, so that all legs bear alike while it stands."""
+
+
 @dataclass(frozen=True)
 class Team(Mirrored):
-    """A payload and its carriers, at least one; their order is the order of all arrays."""
+    """A payload and its carriers, at least one; their order is the order of all arrays.
+
+    `feet_below` is for their reference footholds.
+    """
 
     payload: Payload
     carriers: tuple[Carrier, ...]
+    feet_below: FeetBelow = "hips"
 
     def __post_init__(self) -> None:
+        if self.feet_below not in get_args(FeetBelow):
+            known = ", ".join(get_args(FeetBelow))
+            raise ProblemError(f"team.feet_below is {self.feet_below!r}; it must be one of {known}")
         names = [carrier.name for carrier in self.carriers]
         if not names:
             raise ProblemError("team.carriers is empty; a payload needs at least one robot")
@@ -146,7 +159,12 @@ class Team(Mirrored):
             )
             for carrier in self.carriers
         ]
-        return _core.Team(self.payload.mass, self.payload.height, carriers)
+        return _core.Team(
+            self.payload.mass,
+            self.payload.height,
+            carriers,
+            feet_below_load=self.feet_below == "load",
+        )
 
     @cached_property
     def formation(self) -> Formation:

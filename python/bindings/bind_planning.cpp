@@ -47,10 +47,11 @@ void bind_team(nb::module_& m) {
   nb::class_<Team>(m, "Team", "Who carries what; see team.hpp.")
       .def(
           "__init__",
-          [](Team* self, double mass, double height, std::vector<Carrier> carriers) {
-            new (self) Team({mass, height}, std::move(carriers));
+          [](Team* self, double mass, double height, std::vector<Carrier> carriers, bool loaded) {
+            const FeetBelow below = loaded ? FeetBelow::Load : FeetBelow::Hips;
+            new (self) Team({mass, height}, std::move(carriers), below);
           },
-          "mass"_a, "height"_a, "carriers"_a);
+          "mass"_a, "height"_a, "carriers"_a, "feet_below_load"_a = false);
   m.def(
       "carrying_forces",
       [](const Team& team, const Flags& contacts) {

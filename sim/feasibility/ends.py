@@ -11,7 +11,7 @@ from palanquin.problems.height_map import HeightMap
 from palanquin.problems.robots import FEET
 from palanquin.sim.feasibility.finding import Finding, doubt
 from palanquin.sim.feasibility.ground import longest_step
-from palanquin.sim.feasibility.route import hip_routes, look_times
+from palanquin.sim.scenarios.route import hip_routes, look_times
 from palanquin.sim.scenarios.scenario import Scenario
 
 

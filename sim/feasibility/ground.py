@@ -9,9 +9,9 @@ import numpy as np
 from palanquin.schema import Path
 from palanquin.sim.feasibility.finding import Finding, doubt
 from palanquin.sim.feasibility.reach import reference_height
-from palanquin.sim.feasibility.route import foothold_route
 from palanquin.sim.scenarios.ditches import RandomDitches
 from palanquin.sim.scenarios.robot import Robot
+from palanquin.sim.scenarios.route import foothold_route
 from palanquin.sim.scenarios.scenario import Scenario
 
 _NEAR_LIMIT = 0.95

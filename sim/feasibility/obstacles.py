@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from palanquin.problems import quaternions
 from palanquin.problems.modules.obstacles import beam_volume, trunk_volume
 from palanquin.sim.feasibility.finding import Finding, doubt
-from palanquin.sim.feasibility.route import payload_route
+from palanquin.sim.scenarios.route import payload_route
 from palanquin.sim.scenarios.scenario import Scenario
 
 _SAMPLES = 31  # along each body

@@ -11,8 +11,8 @@ from palanquin.problems.gaits import Gait
 from palanquin.schema import Path
 from palanquin.sim.feasibility.finding import Finding, doubt
 from palanquin.sim.feasibility.ground import longest_step
-from palanquin.sim.feasibility.route import hip_routes, look_times
 from palanquin.sim.scenarios.robot import Robot
+from palanquin.sim.scenarios.route import hip_routes, look_times
 from palanquin.sim.scenarios.scenario import Scenario
 
 _LONGEST_FLIGHT = 0.3

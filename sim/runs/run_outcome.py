@@ -12,6 +12,7 @@ from palanquin.plan import SQP_PHASES
 from palanquin.problems import quaternions
 from palanquin.problems.modules.families import unit_of
 from palanquin.sim.runs.bar_outcome import bar_figures
+from palanquin.sim.runs.physics_outcome import physics_figures
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.teams import BarCarriers
 from palanquin.sim.runs.tracking import tracking_error
@@ -53,7 +54,8 @@ def outcome(record: Record) -> dict[str, Any]:
 
 def payload_figures(record: Record) -> dict[str, Any]:
     """Of a payload in hands. "distance_m": the length of its path; "violation": the largest one of
-    each family in its unit (m; forces in 100 N); "solver_ms": the solver's part of a plan.
+    each family in its unit (m; forces in 100 N); "solver_ms": the solver's part of a plan. In
+    physics those of `physics_figures` too.
     """
     solver = np.sum([record.phases[name] for name in SQP_PHASES], axis=0)
     return {
@@ -66,6 +68,7 @@ def payload_figures(record: Record) -> dict[str, Any]:
         "equality_violation": float(record.equality_violation.max()),
         "solver_ms": percentiles(solver),
         "phases_ms": {name: float(np.median(v)) for name, v in record.phases.items()},
+        **(physics_figures(record) if "torque_share" in record.more else {}),
     }
 
 

@@ -10,7 +10,8 @@ from palanquin.problems.clm.team_plan import TeamState
 from palanquin.problems.layered.bar_planner import BarPlanner
 from palanquin.problems.layered.reference import within_circle, within_square
 from palanquin.sim.errors import InputError
-from palanquin.sim.runs.loop import Loop, Tick, number_of_ticks
+from palanquin.sim.runs.hands_physics import HandsPlant
+from palanquin.sim.runs.loop import Loop, Plant, Tick, number_of_ticks
 from palanquin.sim.runs.nominal import NominalPlant
 from palanquin.sim.runs.physics import PhysicsPlant
 from palanquin.sim.runs.record import Record
@@ -63,10 +64,15 @@ def loop_of(
 
 
 def _of_hands(scenario: Scenario, planner: clm.Planner, director: Director | None) -> Loop:
-    return nominal(
-        planner, scenario.scene, director or scenario.script(), scenario.duration,
-        scenario.planner.period, scenario.start(planner),
-    )  # fmt: skip
+    start, period = scenario.start(planner), scenario.planner.period
+    most = number_of_ticks(scenario.duration, period)
+    plant: Plant
+    if scenario.tracking == "physics":
+        plant = HandsPlant(scenario, planner)
+    else:
+        plant = NominalPlant(planner, period, start)
+    director = director or scenario.script()
+    return Loop(plant, planner, director, scenario.scene, period, most)
 
 
 def nominal(

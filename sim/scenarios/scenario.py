@@ -29,6 +29,7 @@ from palanquin.sim.scenarios.start import disturbed
 from palanquin.sim.scenarios.start_pose import StartPose
 from palanquin.sim.scenarios.team import Ditch, Team
 from palanquin.sim.scenarios.vectors import Name
+from palanquin.sim.scenarios.world import World
 
 MOST_ROBOTS = 4
 
@@ -62,13 +63,18 @@ class Scenario(Strict):
         (), description="that disturb them"
     )
     planner: PlannerSettings = Field(PlannerSettings(), description="how they plan")
+    world: World = Field(World(), description="that full physics simulates")
     duration: Positive = Field(10.0, description="of the run, s")
     seed: Seed = Field(
         0,
         description="of random ditches and of the start: 0 stands nominally, from 1 on bodies, "
         "velocities and feet are a little off",
     )
-    tracking: Literal["kinematic"] = Field("kinematic", description="how the plan is followed")
+    tracking: Literal["physics", "kinematic"] | None = Field(
+        None,
+        description="how the plan is followed: in simulated physics under torque limits, as a demo "
+        "does unless told, or exactly, the joints by inverse kinematics",
+    )
     carry: Literal["hands"] = Field("hands", description="what carries; bars have fields of theirs")
     _lines: list[Line] = PrivateAttr()
 

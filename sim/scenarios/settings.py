@@ -12,6 +12,7 @@ from palanquin._core import qp_solver_names
 from palanquin.policies import Penalty
 from palanquin.problems.clm.planner import FootholdRule
 from palanquin.problems.clm.references import RobotReferences
+from palanquin.problems.clm.team import FeetBelow
 from palanquin.problems.modules.families import FAMILIES, Family, options
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.schema import NonNegative, Positive, Strict
@@ -108,6 +109,11 @@ class _Settings(Strict):
     footholds: FootholdRule = Field(
         "hips",
         description="references: below the hips, as in the paper, or half a stance ahead",
+    )
+    feet_below: FeetBelow = Field(
+        "hips",
+        description="reference footholds are below the hips, as in the paper, or the zero-moment "
+        "point of robot and load",
     )
     input_blocks: Annotated[int, Field(ge=1, le=200)] = Field(
         1, description="for how many knots forces keep their value"

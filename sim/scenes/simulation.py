@@ -8,10 +8,11 @@ import mujoco
 
 from palanquin import _sim
 from palanquin.problems.gaits import Gait
-from palanquin.problems.robots import FEET
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.bar_forces import Force, Rope
 from palanquin.sim.scenes.bar_scene import BarScene
+from palanquin.sim.scenes.inverse_kinematics import LEG_JOINTS
+from palanquin.sim.scenes.members import make_member
 
 
 def make_simulation(
@@ -31,13 +32,12 @@ def make_simulation(
             raise InputError(
                 f"disturbance.robot: {disturbance.robot} is none of 0 to {scene.team.robots - 1}"
             )
-    members = []
+    model, members = scene.model, []
     for index, name in enumerate(scene.team.names):
-        member = _member(scene, name, control)
-        member.measurement = measurement
+        robot = scene.descriptions[name]
+        member = make_member(model, name, LEG_JOINTS, robot, scene.hips, control, measurement)
         member.measurement.seed = measurement.seed + index
         members.append(member)
-    model = scene.model
     bodies = [model.body(name).id for name in _bars(scene)]
     return _sim.TeamSimulation(
         model,
@@ -49,28 +49,8 @@ def make_simulation(
     )
 
 
-def _member(scene: BarScene, name: str, control: _sim.RobotControlSettings) -> _sim.TeamMember:
-    model = scene.model
-    joints = [f"{name}/{foot}_{part}" for foot in FEET for part in ("hip", "thigh", "calf")]
-    member = _sim.TeamMember()
-    member.name = name
-    member.robot, member.hips, member.control = scene.descriptions[name], scene.hips, control
-    member.trunk = _trunk(scene, name)
-    member.joints = [model.joint(joint).id for joint in joints]
-    member.motors = [model.actuator(joint).id for joint in joints]
-    member.foot_geoms = [_only_geom(model, f"{name}/{foot}_foot") for foot in FEET]
-    return member
-
-
 def _trunk(scene: BarScene, name: str) -> int:
     return int(scene.model.body(f"{name}/trunk").id)
-
-
-def _only_geom(model: mujoco.MjModel, body: str) -> int:
-    """The colliding geom of a body."""
-    first, count = int(model.body(body).geomadr[0]), int(model.body(body).geomnum[0])
-    (geom,) = [g for g in range(first, first + count) if model.geom_conaffinity[g]]
-    return geom
 
 
 def _bars(scene: BarScene) -> list[str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from palanquin.problems.terrains import Terrain
 from palanquin.sim.scenes.scene import Scene
-from palanquin.sim.show.kinematic import KinematicTrajectory
+from palanquin.sim.show.joint_motion import JointMotion
 
 FAR = 1.0
 """Distances beyond are not told apart, m."""
@@ -39,7 +39,7 @@ class Clearance:
     other: str = ""
 
 
-def smallest_clearances(trajectory: KinematicTrajectory, every: int = 2) -> dict[str, Clearance]:
+def smallest_clearances(trajectory: JointMotion, every: int = 2) -> dict[str, Clearance]:
     """The smallest distances over every so many frames of a trajectory, by what they are from.
 
     `obstacles`: of robots and payload from them. `robots`: of robots from each other. `payload`: of
@@ -61,7 +61,7 @@ def smallest_clearances(trajectory: KinematicTrajectory, every: int = 2) -> dict
     return least
 
 
-def clearance_figures(trajectory: KinematicTrajectory) -> dict[str, Any]:
+def clearance_figures(trajectory: JointMotion) -> dict[str, Any]:
     """The smallest distances by kind, for JSON."""
     return {
         kind: {"distance_m": least.distance, "time_s": least.time, "of": [least.body, least.other]}

@@ -16,23 +16,21 @@ from palanquin.sim.scenes.inverse_kinematics import JOINTS
 from palanquin.sim.scenes.robot_poser import RobotPoser
 from palanquin.sim.scenes.scene import Scene, build_scene, joint_slice
 from palanquin.sim.show.interpolation import interpolate_poses
+from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.swing import APEX_HEIGHT, foot_path
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class KinematicTrajectory:
-    """Joint motion of a team in its scene.
+class KinematicTrajectory(JointMotion):
+    """Joint motion that follows a plan.
 
-    `time` [F] (s); `qpos` [F, nq] of `scene.model`; `foot_error` [F, R, 4] and `hand_error` [F, R],
-    distances (m) between where a foot or hand should be and where the joints put it; `at_limit`
-    [F, R, 16], joints on their limits, in the order of `inverse_kinematics.JOINTS`.
+    `foot_error` [F, R, 4] and `hand_error` [F, R] are distances (m) between where a foot or hand
+    should be and where the joints put it; `at_limit` [F, R, 16] says which joints are on their
+    limits, in the order of `inverse_kinematics.JOINTS`.
     """
 
-    scene: Scene
-    time: Array
-    qpos: Array
     foot_error: Array
     hand_error: Array
     at_limit: NDArray[np.bool_]

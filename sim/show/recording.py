@@ -5,10 +5,10 @@ from pathlib import Path
 from palanquin.sim.errors import require_rerun
 from palanquin.sim.runs.record import Record
 from palanquin.sim.show.bar_motion import BarMotion
-from palanquin.sim.show.kinematic import KinematicTrajectory
+from palanquin.sim.show.joint_motion import JointMotion
 
 
-def write_recording(record: Record, shown: KinematicTrajectory | BarMotion, path: Path) -> None:
+def write_recording(record: Record, shown: JointMotion | BarMotion, path: Path) -> None:
     """Write `path` (.rrd), which opens on a 3D view beside plots of the run.
 
     `shown`: the joints' motion of a team with its payload, or of robots on bars in their scene.
@@ -17,9 +17,11 @@ def write_recording(record: Record, shown: KinematicTrajectory | BarMotion, path
     `solver/violation/<family>`; `control/<body>/...` with the tracking errors.
 
     With a payload in hands also `world/<robot>/hand/force`, `world/payload`, `world/terrain`,
-    `plan/payload`, and `control/<robot>/kinematics/...`. On bars `world/bar<b>`, `world/ground`,
-    `plan/<robot>/<foot>/force` (those below `world` are measured), `solver/<robot>/lambda`, and
-    below `control/<robot>` velocities with their references and the virtual constraints.
+    `plan/payload`, `control/<robot>/kinematics/...` of a kinematic run, and of one in physics
+    `control/<robot>/torque/<joint>` as shares of the limits. On bars `world/bar<b>`,
+    `world/ground`, `plan/<robot>/<foot>/force` (those below `world` are measured),
+    `solver/<robot>/lambda`, and below `control/<robot>` velocities with their references and the
+    virtual constraints.
 
     Raises MissingExtraError when rerun-sdk is not installed.
     """

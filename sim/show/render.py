@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.record import Record
 from palanquin.sim.show.graphics import offscreen_context
-from palanquin.sim.show.kinematic import KinematicTrajectory
+from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.overlay import draw_plan
 
 Image = NDArray[np.uint8]
@@ -33,8 +33,8 @@ class Motion:
     overlay: Overlay = lambda scene, time: None
 
 
-def planned_motion(trajectory: KinematicTrajectory, rollout: Record) -> Motion:
-    """A tracked rollout with the plan of the time."""
+def planned_motion(trajectory: JointMotion, rollout: Record) -> Motion:
+    """A run of hands with the plan of the time."""
 
     def overlay(scene: mujoco.MjvScene, time: float) -> None:
         tick = int(np.searchsorted(rollout.time, time + 1e-9, "right")) - 1

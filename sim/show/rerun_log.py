@@ -12,8 +12,10 @@ from palanquin.problems.quaternions import rotate
 from palanquin.problems.robots import FEET
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.tracking import tracking_error
+from palanquin.sim.scenes.inverse_kinematics import JOINTS
 from palanquin.sim.scenes.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
 from palanquin.sim.show.bar_motion import BarMotion
+from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.kinematic import KinematicTrajectory
 from palanquin.sim.show.overlay import (
     METRES_PER_NEWTON,
@@ -35,20 +37,20 @@ FRAME_RATE = 60
 """Of what moves in the 3D view at most, Hz; curves have every tick."""
 
 
-def write(record: Record, shown: KinematicTrajectory | BarMotion, path: Path) -> None:
+def write(record: Record, shown: JointMotion | BarMotion, path: Path) -> None:
     """Write the recording; see `palanquin.sim.show.recording.write_recording`."""
     recording = rr.RecordingStream("palanquin")
     recording.save(path, default_blueprint=blueprint(record))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-    frames = slice(None, None, max(1, round(1 / (FRAME_RATE * record.period))))
+    frames, drawn = slice(None, None, _every(record.time)), slice(None, None, _every(shown.time))
     model = shown.scene.model
-    if isinstance(shown, KinematicTrajectory):
-        log_bodies(recording, model, shown.time, shown.qpos)
+    if isinstance(shown, JointMotion):
+        log_bodies(recording, model, shown.time[drawn], shown.qpos[drawn])
         log_terrain(recording, "world/terrain", shown.scene, record.x.reshape(-1, 13)[:, :3])
-        _log_kinematics(recording, record, shown)
+        if isinstance(shown, KinematicTrajectory):
+            _log_kinematics(recording, record, shown)
     else:
-        often = slice(None, None, len(shown.time) // len(record.time[frames]) or 1)
-        log_bodies(recording, model, shown.time[often], shown.qpos[often])
+        log_bodies(recording, model, shown.time[drawn], shown.qpos[drawn])
         log_ground(recording, model)
     _log_forces(recording, record, frames)
     _log_wrenches(recording, record, frames)
@@ -57,6 +59,13 @@ def write(record: Record, shown: KinematicTrajectory | BarMotion, path: Path) ->
     _log_solver(recording, ticks, record)
     _log_control(recording, ticks, record)
     recording.disconnect()
+
+
+def _every(time: Array) -> int:
+    """Of so many instants one is drawn."""
+    if len(time) < 2:
+        return 1
+    return max(1, round(1 / (FRAME_RATE * float(np.median(np.diff(time))))))
 
 
 def log_bodies(
@@ -191,6 +200,10 @@ def _log_control(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Re
         send_scalars(recording, f"{path}/position_error", ticks, error.position[:, b])
         send_scalars(recording, f"{path}/orientation_error", ticks, error.orientation[:, b])
         send_scalars(recording, f"{path}/velocity_error", ticks, error.velocity[:, b])
+    if "torque_share" in record.more:
+        for (i, robot), (j, joint) in product(enumerate(record.team.names), enumerate(JOINTS)):
+            path = f"control/{robot}/torque/{joint}"
+            send_scalars(recording, path, ticks, record.more["torque_share"][:, i, j])
     if "estimates" not in record.more:
         return
     both = {"desired": record.references, "measured": record.bodies}

@@ -4,9 +4,9 @@ import pytest
 
 from palanquin.sim.feasibility import findings
 from palanquin.sim.feasibility.ground import longest_step
-from palanquin.sim.feasibility.route import foothold_route, payload_route
 from palanquin.sim.feasibility.walking import longest_flight
 from palanquin.sim.scenarios import SHIPPED, open_scenario
+from palanquin.sim.scenarios.route import foothold_route, payload_route
 
 TROT = open_scenario("trot")
 LEFT, RIGHT = (dict(robot) for robot in TROT.robots)

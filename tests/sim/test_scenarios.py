@@ -157,8 +157,8 @@ def test_a_bad_robot_names_the_model():
 
 
 def test_tracking_that_is_not_there_is_refused():
-    with pytest.raises(InputError, match=r"tracking: is 'physics'; .*'kinematic'"):
-        TROT.changed(tracking="physics")
+    with pytest.raises(InputError, match=r"tracking: is 'hope'; .*'physics' or 'kinematic'"):
+        TROT.changed(tracking="hope")
 
 
 def test_unknown_names_are_refused():

@@ -10,6 +10,7 @@ import pytest
 from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.problems.planning import Velocity
 from palanquin.sim.feasibility.route import payload_route
+from palanquin.sim.runs.hands_physics import held_scene
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
 from palanquin.sim.scenarios.bar_ground import Ground
@@ -17,8 +18,10 @@ from palanquin.sim.scenarios.bar_planners import KINDS
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bars import BarScenario
 from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
+from palanquin.sim.scenarios.physical import physical
 from palanquin.sim.scenarios.sensors import Sensors
 from palanquin.sim.scenarios.settings import PlannerSettings, WeightSettings
+from palanquin.sim.scenarios.world import World
 from palanquin.sim.scenes.bar_scene import build_bar_scene
 
 TROT = open_scenario("trot")
@@ -59,6 +62,7 @@ PLANNER = {
     "candidates": (3, lambda p: p.candidates and len(p.candidates.solvers), 3),
     "references": ("rigid", lambda p: p._robot_references, "rigid"),
     "footholds": ("raibert", lambda p: p.footholds, "raibert"),
+    "feet_below": ("load", lambda p: p.team.feet_below, "load"),
     "input_blocks": (3, lambda p: held(p)[:7], [0, 1, 1, 0, 1, 1, 0]),
     "friction": (0.55, parameter("terrain.friction"), [0.55]),
 }
@@ -131,7 +135,7 @@ OTHERS = {
     "seed": {"seed": 4},
 }
 NOT_OF_THE_RUN = {"carry", "name", "summary", "tracking"}
-TESTED_ABOVE = {"planner", "duration", "obstacles"}
+TESTED_ELSEWHERE = {"planner", "duration", "obstacles", "world"}
 
 
 def essence(scenario):
@@ -157,12 +161,19 @@ def plain():
 
 def test_the_table_has_every_field_of_a_scenario():
     covered = {name.partition(".")[0] for name in OTHERS}
-    assert covered | NOT_OF_THE_RUN | TESTED_ABOVE == set(Scenario.model_fields)
+    assert covered | NOT_OF_THE_RUN | TESTED_ELSEWHERE == set(Scenario.model_fields)
 
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_a_field_reaches_the_run(name, plain):
     assert essence(TROT.changed(**OTHERS[name])) != plain
+
+
+def test_the_worlds_friction_reaches_ground_and_controllers():
+    scenario = TROT.changed(world={"friction": 0.37})
+    assert set(World.model_fields) == {"friction"}
+    assert physical(scenario).planner.friction == pytest.approx(0.75 * 0.37)
+    assert held_scene(scenario).model.geom("ground").friction[0] == 0.37
 
 
 @pytest.mark.parametrize("field", [f.name for f in fields(Sensors)])

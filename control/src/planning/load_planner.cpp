@@ -30,6 +30,8 @@ class PlannerReader {
       read_rules(line);
     } else if (key == "payload") {
       payload_ = {line.number(), line.number()};
+    } else if (key == "feet_below") {
+      feet_below_ = static_cast<FeetBelow>(line.choice({"hips", "load"}));
     } else if (key == "robot" || key == "grasp" || key == "hips" || key == "gait") {
       read_robot(key, line);
     } else if (key == "trend" || key == "terrain") {
@@ -55,8 +57,9 @@ class PlannerReader {
       solvers.push_back(std::make_shared<Sqp>(problem_, horizon_, sqp_));
       for (const auto& [family, policy] : policies_) solvers.back()->set_policy(family, policy);
     }
-    auto planner = std::make_unique<TeamPlanner>(problem_, Team(payload_, std::move(carriers_)),
-                                                 terrain_, rules_, parameters_, solvers);
+    auto planner =
+        std::make_unique<TeamPlanner>(problem_, Team(payload_, std::move(carriers_), feet_below_),
+                                      terrain_, rules_, parameters_, solvers);
     const auto count = static_cast<Eigen::Index>(ditches_.size() / 4);
     planner->set_ditches(Eigen::Map<const RowMatrix>(ditches_.data(), count, 4));
     return planner;
@@ -127,6 +130,7 @@ class PlannerReader {
   int version_ = 0, horizon_ = 0, candidates_ = 1;
   PlannerSettings rules_;
   Payload payload_;
+  FeetBelow feet_below_ = FeetBelow::Hips;
   std::vector<Carrier> carriers_;
   std::shared_ptr<const Terrain> trend_, terrain_;
   std::vector<double> ditches_;

@@ -24,7 +24,7 @@ void use_raibert_footholds(const Team& team, const Terrain& terrain,
       const Vector3 spin = axes * robot.angular_velocity;
       const Stances& s = stances[k][r];
       for (int f = 0; f < kFeet; ++f) {
-        const Vector3 hip = axes * team.carriers[r].hips[f];
+        const Vector3 hip = axes * team.above_foot(kFeet * r + f);
         const double to_middle = (s.begin[f] + s.end[f]) / 2 - times[k];
         Vector3 foot = robot.position + hip + to_middle * (robot.velocity + spin.cross(hip));
         if (s.begin[f] > times[0]) foot.head<2>() += correction(team.carriers[r], too_fast[r]);

@@ -110,7 +110,8 @@ void ReferenceMotion::follow_ground() {
   }
 }
 
-/// Footholds r_f*: hips of the reference pose, projected down to the ground.
+/// Footholds r_f*: hips of the reference pose, or what else the feet are below, projected down to
+/// the ground.
 void ReferenceMotion::project_hips(References& references) const {
   references.footholds.resize(references.bodies.rows(), 3 * team_.feet());
   for (Eigen::Index k = 0; k < references.bodies.rows(); ++k)
@@ -118,7 +119,7 @@ void ReferenceMotion::project_hips(References& references) const {
       const ConstBodyState robot(references.bodies, k, r + 1);
       const Matrix3 axes = rotation_matrix(robot.orientation);
       for (int i = kFeet * r; i < kFeet * (r + 1); ++i) {
-        Vector3 foothold = axes * team_.hip(i);
+        Vector3 foothold = axes * team_.above_foot(i);
         const Vector2 hip = robot.position.head<2>() + foothold.head<2>();
         foothold.z() = terrain_.height(hip.x(), hip.y()) - robot.position.z();
         point(references.footholds, k, i) = foothold;

@@ -70,6 +70,8 @@ void save_planner(const TeamPlanner& planner, const std::map<std::string, Policy
   text += rules(planner);
   const Team& team = planner.team();
   text += "payload " + to_text(team.payload.mass) + ' ' + to_text(team.payload.height) + '\n';
+  text +=
+      std::string("feet_below ") + (team.feet_below == FeetBelow::Hips ? "hips" : "load") + '\n';
   for (const Carrier& carrier : team.carriers) text += robot(carrier);
   planner.ground().terrain().write(text, folder);
   const RowMatrix& ditches = planner.ground().ditches().lines();

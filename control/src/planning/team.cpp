@@ -8,6 +8,14 @@
 namespace palanquin::planning {
 
 namespace {
+/// With m_l of the payload's mass at the hand of a robot of mass m, the force of all feet acts
+/// below m_l r_hand / (m + m_l) while it stands.
+Vector3 shift_under_load(const Carrier& carrier, double load) {
+  Vector3 centre = Vector3::Zero();
+  for (const Vector3& hip : carrier.hips) centre += hip / kFeet;
+  return load / (carrier.mass + load) * carrier.hand - centre;
+}
+
 Place place_of(const Carrier& carrier) {
   Place place;
   place.turn = from_yaw(carrier.yaw);
@@ -19,11 +27,16 @@ Place place_of(const Carrier& carrier) {
 }
 }  // namespace
 
-Team::Team(const Payload& load, std::vector<Carrier> robots)
-    : payload(load), carriers(std::move(robots)) {
+Team::Team(const Payload& load, std::vector<Carrier> robots, FeetBelow below)
+    : payload(load), carriers(std::move(robots)), feet_below(below) {
   if (carriers.empty())
     throw std::invalid_argument("team: there is no robot; a payload needs at least one");
-  for (const Carrier& carrier : carriers) places.push_back(place_of(carrier));
+  const double share = payload.mass / static_cast<double>(carriers.size());
+  for (const Carrier& carrier : carriers) {
+    places.push_back(place_of(carrier));
+    places.back().foot_shift =
+        feet_below == FeetBelow::Load ? shift_under_load(carrier, share) : Vector3::Zero();
+  }
 }
 
 }  // namespace palanquin::planning

@@ -126,6 +126,7 @@ void bind_data(nb::module_& m) {
       .def_ro("torque_fraction", &TeamExtremes::torque_fraction)
       .def_ro("bar_length_error", &TeamExtremes::bar_length_error)
       .def_ro("contact_force", &TeamExtremes::contact_force)
+      .def_ro("slip", &TeamExtremes::slip)
       .def_ro("fallbacks", &TeamExtremes::fallbacks)
       .def_ro("control_ms", &TeamExtremes::control_ms)
       .def_ro("control_periods", &TeamExtremes::control_periods);

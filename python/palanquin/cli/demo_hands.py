@@ -1,4 +1,4 @@
-"""The demo of a payload in hands: the nominal model, shown by inverse kinematics."""
+"""The demos of a payload in hands: full physics, or the nominal model and inverse kinematics."""
 
 from __future__ import annotations
 
@@ -11,28 +11,38 @@ from rich.table import Table
 from palanquin.cli.console import err
 from palanquin.cli.demo_files import PICTURE_SHARE
 from palanquin.cli.watching import Bars, show_failed_plan
+from palanquin.problems.clm.planner import Planner
+from palanquin.sim.runs.hands_physics import held_scene
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.scenarios import loop_of
 from palanquin.sim.scenarios import Scenario
 from palanquin.sim.show.clearance import clearance_figures
+from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.kinematic import track
 from palanquin.sim.show.recording import write_recording
 from palanquin.sim.show.render import Motion, planned_motion
 
 
 class HandsDemo:
-    """As of `Shown`."""
+    """As of `Shown`, whoever moves the joints."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
+        self._planner: Planner
+        self._record: Record
+        self._motion: JointMotion
 
     def run(self, progress: Bars) -> Record:
         """Plans live, then finds the joints' motion."""
         self._planner = self._scenario.build_planner()
         loop = loop_of(self._scenario, self._planner)
-        self._record = loop.run(progress("planning", loop.most))
-        self._trajectory = track(self._record, progress=progress("tracking", 1.0))
+        self._record = loop.run(progress("walking", loop.most))
+        self._motion = self.find_motion(progress)
         return self._record
+
+    def find_motion(self, progress: Bars) -> JointMotion:
+        """Of the joints, from the record."""
+        raise NotImplementedError
 
     def settings(self) -> dict[str, Any]:
         """Gait, command, horizon and solver."""
@@ -55,19 +65,16 @@ class HandsDemo:
         }
 
     def more_figures(self) -> dict[str, Any]:
-        """Of the inverse kinematics, and distances from obstacles."""
-        near = (
-            {"clearance": clearance_figures(self._trajectory)} if self._scenario.obstacles else {}
-        )
-        return {"kinematics": self._trajectory.summary(), **near}
+        """Distances from obstacles."""
+        return {"clearance": clearance_figures(self._motion)} if self._scenario.obstacles else {}
 
     def record(self, path: Path) -> None:
         """Bodies, plan, solver and tracking."""
-        write_recording(self._record, self._trajectory, path)
+        write_recording(self._record, self._motion, path)
 
     def motion(self) -> Motion:
         """With the plan of the time."""
-        return planned_motion(self._trajectory, self._record)
+        return planned_motion(self._motion, self._record)
 
     def picture_share(self) -> float:
         """In the middle of what pushes, or else under way."""
@@ -99,15 +106,54 @@ class HandsDemo:
         table.add_row("the solver's part, ms", _listed(figures["solver_ms"], ".2f"))
         missed = f"{figures['deadline_misses']}, {figures['fallbacks']}"
         table.add_row("deadline misses, fallbacks", missed)
+        for title, text in self.rows(figures):
+            table.add_row(title, text)
         events = {name: count for name, count in figures["events"].items() if count > 0}
         table.add_row("events", _listed(events, "d") if events else "none: full steps throughout")
         return table
 
+    def rows(self, figures: dict[str, Any]) -> list[tuple[str, str]]:
+        """Of the table, what only one of the demos has."""
+        return []
+
     def explain_failure(self, figures: dict[str, Any]) -> None:
         """A fall or a plan that diverged, and the plan with which it began."""
-        why = "a body fell" if figures["fell"] else "the plan diverged"
+        why = figures["fall"]["cause"] if figures["fell"] else "the plan diverged"
         err.print(f"not completed: {why}", markup=False)
         show_failed_plan(self._planner)
+
+
+class KinematicDemo(HandsDemo):
+    """The nominal model, shown by inverse kinematics."""
+
+    def find_motion(self, progress: Bars) -> JointMotion:
+        """By inverse kinematics."""
+        self._joints = track(self._record, progress=progress("tracking", 1.0))
+        return self._joints
+
+    def more_figures(self) -> dict[str, Any]:
+        """Of the inverse kinematics too."""
+        return {"kinematics": self._joints.summary(), **super().more_figures()}
+
+
+class PhysicsDemo(HandsDemo):
+    """Robots with controllers in simulated physics."""
+
+    def find_motion(self, progress: Bars) -> JointMotion:
+        """As simulated."""
+        scene = held_scene(self._scenario).scene
+        return JointMotion(scene, self._record.time, self._record.more["qpos"])
+
+    def rows(self, figures: dict[str, Any]) -> list[tuple[str, str]]:
+        """Torques, slip, controllers."""
+        torque, at_limit = figures["torque_fraction_max"], figures["saturated_share"]
+        return [
+            ("largest torque", f"{torque:.0%} of its limit, at which {at_limit:.2%} were"),
+            ("slip of a foot", f"at most {1e3 * figures['slip_m']:.2g} mm"),
+            ("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us"),
+            ("fallbacks of controllers", f"{figures['control_fallbacks']}"),
+            ("faster than real time", f"{figures['real_time_factor']:.2f} times"),
+        ]
 
 
 def _listed(values: dict[str, float], form: str) -> str:

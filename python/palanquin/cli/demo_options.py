@@ -71,8 +71,8 @@ Seed = Annotated[
 HowTracked = Annotated[
     Tracking | None,
     typer.Option(
-        help="How the plan is followed: kinematic with hands; on bars physics, or reduced to rigid "
-        "bodies."
+        help="How the plan is followed: in physics unless told; with hands kinematic, joints by "
+        "inverse kinematics; on bars reduced, to rigid bodies."
     ),
 ]
 

@@ -51,7 +51,9 @@ def hands_overridden(
     if gait is not None:
         changes["robots"] = [{**dict(robot), "gait": gait} for robot in scenario.robots]
         changes["gait_changes"] = []
-    return scenario.changed(**changes, planner={**dict(scenario.planner), **_given(**planner)})
+    # What a scenario leaves open stays open: see `physical`.
+    told = {name: getattr(scenario.planner, name) for name in scenario.planner.model_fields_set}
+    return scenario.changed(**changes, planner={**told, **_given(**planner)})
 
 
 def bars_overridden(

@@ -13,12 +13,13 @@ from rich.table import Table
 from palanquin.cli.console import NOT_SOLVED, out, show_progress_of_lowering
 from palanquin.cli.demo_bars import BarsDemo
 from palanquin.cli.demo_files import DemoFiles
-from palanquin.cli.demo_hands import HandsDemo
+from palanquin.cli.demo_hands import KinematicDemo, PhysicsDemo
 from palanquin.cli.possible import require_possible
 from palanquin.cli.watching import Bars, progress_bars, show
 from palanquin.sim.feasibility import findings
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.scenarios import AnyScenario, BarScenario
+from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario
+from palanquin.sim.scenarios.physical import physical
 from palanquin.sim.show.plots import draw_plots
 from palanquin.sim.show.render import Motion
 
@@ -67,7 +68,11 @@ def walk(
     headless: bool | None,
     has_keys: bool = False,
 ) -> None:
-    """Runs a demo; raises InputError for what cannot be, typer.Exit when it did not complete."""
+    """Runs a demo, in physics unless told; raises InputError for what cannot be, typer.Exit when it
+    did not complete.
+    """
+    if isinstance(scenario, Scenario) and scenario.tracking != "kinematic":
+        scenario = physical(scenario)
     if not has_keys:
         require_possible(findings(scenario))
     files = DemoFiles.prepare(
@@ -75,9 +80,7 @@ def walk(
     )
     out.print(scenario.described(), markup=False)
     show_progress_of_lowering()
-    demo: Shown = (
-        BarsDemo(scenario, has_keys) if isinstance(scenario, BarScenario) else HandsDemo(scenario)
-    )
+    demo = _demo_of(scenario, has_keys)
     with progress_bars() as progress:
         record = demo.run(progress)
         figures = {
@@ -90,6 +93,12 @@ def walk(
             progress("video", 1.0), demo.picture_share(),
         )  # fmt: skip
     tell(demo, figures, written, headless)
+
+
+def _demo_of(scenario: AnyScenario, has_keys: bool) -> Shown:
+    if isinstance(scenario, BarScenario):
+        return BarsDemo(scenario, has_keys)
+    return PhysicsDemo(scenario) if scenario.tracking == "physics" else KinematicDemo(scenario)
 
 
 def tell(

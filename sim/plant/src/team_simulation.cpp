@@ -93,6 +93,9 @@ struct TeamSimulation::Robot {
     state.joint_positions.setZero(n);
     state.joint_velocities.setZero(n);
     forces.setZero(3, feet);
+    sliding.setZero(3, feet);
+    loads.setZero(feet);
+    slips.setZero(feet);
   }
 
   TeamMember member;
@@ -102,6 +105,9 @@ struct TeamSimulation::Robot {
   std::vector<int> joint_positions, joint_velocities;
   RobotState state;
   Eigen::Matrix3Xd forces;
+  Eigen::VectorXd loads;     // largest normal force of one contact of each foot, N
+  Eigen::Matrix3Xd sliding;  // velocity along the ground there, m/s
+  Eigen::VectorXd slips;     // in this contact so far, m
 };
 
 TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
@@ -149,6 +155,7 @@ int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
     disturb();
     mj_step(model_, data_);
     read_foot_forces();
+    follow_slip();
     for (auto& robot : robots_) measure(*robot);
     check_bars();
     check_fall();
@@ -210,22 +217,53 @@ void TeamSimulation::control(Robot& robot, const RobotTarget& target) {
 
 /// Of all contacts of a foot's geom, a height field's may be several.
 void TeamSimulation::read_foot_forces() {
-  for (auto& robot : robots_) robot->forces.setZero();
+  for (auto& robot : robots_) {
+    robot->forces.setZero();
+    robot->loads.setZero();
+  }
   for (int i = 0; i < data_->ncon; ++i) {
     const mjContact& contact = data_->contact[i];
     for (const int side : {0, 1}) {
       const int geom = contact.geom[side];
-      const auto [robot, foot] = geom < 0 ? Foot{} : foot_of_[static_cast<std::size_t>(geom)];
+      const auto [index, foot] = geom < 0 ? Foot{} : foot_of_[static_cast<std::size_t>(geom)];
       if (foot < 0 || contact.efc_address < 0) continue;
+      Robot& robot = *robots_[static_cast<std::size_t>(index)];
       double local[6];
       mj_contactForce(model_, data_, i, local);
       // In the contact's frame, of the first geom on the second.
-      const Vector3 force = Eigen::Map<const RowMatrix3>(contact.frame).transpose() *
-                            ConstVector3Map(local) * (side == 1 ? 1 : -1);
-      robots_[static_cast<std::size_t>(robot)]->forces.col(foot) += force;
+      const Eigen::Map<const RowMatrix3> frame(contact.frame);
+      robot.forces.col(foot) += frame.transpose() * ConstVector3Map(local) * (side == 1 ? 1 : -1);
       extremes_.contact_force = std::max(extremes_.contact_force, local[0]);
+      if (local[0] <= robot.loads[foot]) continue;
+      robot.loads[foot] = local[0];
+      const Vector3 normal = frame.row(0);
+      const Vector3 velocity =
+          point_velocity(model_->geom_bodyid[geom], ConstVector3Map(contact.pos));
+      robot.sliding.col(foot) = velocity - normal.dot(velocity) * normal;
     }
   }
+}
+
+/// How far feet slide while they bear: a foot that bounces or is being put down does not count.
+void TeamSimulation::follow_slip() {
+  constexpr double kBears = 5.0;  // N
+  for (auto& robot : robots_)
+    for (Eigen::Index foot = 0; foot < robot->slips.size(); ++foot) {
+      double& slip = robot->slips[foot];
+      if (robot->loads[foot] > kBears)
+        slip += robot->sliding.col(foot).norm() * model_->opt.timestep;
+      else
+        slip = 0;
+      extremes_.slip = std::max(extremes_.slip, slip);
+    }
+}
+
+/// Of a body's point at a position, world axes.
+Vector3 TeamSimulation::point_velocity(int body, const Vector3& point) const {
+  double motion[6];  // of the body's frame, world axes: angular, linear
+  mj_objectVelocity(model_, data_, mjOBJ_XBODY, body, motion, 0);
+  const Vector3 arm = point - ConstVector3Map(data_->xpos + 3 * body);
+  return ConstVector3Map(motion + 3) + ConstVector3Map(motion).cross(arm);
 }
 
 void TeamSimulation::disturb() {
@@ -240,11 +278,7 @@ void TeamSimulation::disturb() {
     if (const auto* push = std::get_if<Push>(&disturbance)) {
       force = push->force(data_->time);
     } else {
-      double motion[6];  // of the body's frame, world axes: angular, linear
-      mj_objectVelocity(model_, data_, mjOBJ_XBODY, body, motion, 0);
-      const Vector3 velocity =
-          ConstVector3Map(motion + 3) + ConstVector3Map(motion).cross(rotation * arm);
-      force = std::get<Tether>(disturbance).force(data_->time, point, velocity);
+      force = std::get<Tether>(disturbance).force(data_->time, point, point_velocity(body, point));
     }
     const double no_torque[3] = {};
     mj_applyFT(model_, data_, force.data(), no_torque, point.data(), body, data_->qfrc_applied);

@@ -15,6 +15,7 @@ namespace palanquin::planning {
 //   horizon N
 //   rules hips|raibert rigid|ground RESTART_AFTER CANDIDATES THREADS
 //   payload MASS HEIGHT                                      kg, m
+//   feet_below hips|load                                     FeetBelow
 //   robot NAME MASS STANDING_HEIGHT YAW                      kg, m, rad; of it, on the next lines:
 //   grasp ATTACH[3] HAND[3]                                  m
 //   hips LF[3] RF[3] LH[3] RH[3]                             m

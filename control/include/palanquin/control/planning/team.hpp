@@ -29,6 +29,13 @@ struct Carrier {
   Gait gait;
 };
 
+/// What a robot's feet are below by default.
+enum class FeetBelow {
+  Hips,  ///< its hips, as in the paper
+  Load,  ///< on average the zero-moment point of the robot and what it carries of the payload:
+         ///< all legs bear alike while it stands
+};
+
 /// Where a robot stands in a team seen as one rigid body (14).
 struct Place {
   Vector4 turn;    ///< heading relative to the payload's
@@ -36,22 +43,28 @@ struct Place {
   /// Takes values at the hips to the value and the slopes along body x and y of the plane through
   /// them in the least-squares sense, at the centre.
   Eigen::Matrix<double, 3, kFeet> ground_fit;
+  /// From the hips to what its feet are below, in its frame, m.
+  Vector3 foot_shift;
 };
 
 /// Who carries what; the robots' order is the order of all arrays.
 struct Team {
   /// Throws std::invalid_argument when nobody carries.
-  Team(const Payload& load, std::vector<Carrier> robots);
+  Team(const Payload& load, std::vector<Carrier> robots, FeetBelow below = FeetBelow::Hips);
 
   int robots() const { return static_cast<int>(carriers.size()); }
   int bodies() const { return robots() + 1; }
   int feet() const { return kFeet * robots(); }
-  const Vector3& hip(int foot) const { return carriers[foot / kFeet].hips[foot % kFeet]; }
+  /// What a foot is below by default, in its robot's frame, m.
+  Vector3 above_foot(int foot) const {
+    return carriers[foot / kFeet].hips[foot % kFeet] + places[foot / kFeet].foot_shift;
+  }
   /// The weight of the payload that each robot carries, N.
   Vector3 share() const { return payload.mass / robots() * kGravity; }
 
   Payload payload;
   std::vector<Carrier> carriers;
+  FeetBelow feet_below;
   std::vector<Place> places;
 };
 

@@ -38,6 +38,7 @@ struct TeamExtremes {
   double torque_fraction = 0;   ///< of the joints' limits
   double bar_length_error = 0;  ///< m
   double contact_force = 0;     ///< normal force of a foot, N
+  double slip = 0;              ///< that a foot slid within one contact, not that it rolled, m
   int fallbacks = 0;            ///< control periods whose QP had no usable solution
   double control_ms = 0;        ///< sum over robots and periods of the controllers' time
   long control_periods = 0;     ///< robots times periods
@@ -99,6 +100,8 @@ class TeamSimulation {
   void measure(Robot& robot);
   void control(Robot& robot, const RobotTarget& target);
   void read_foot_forces();
+  void follow_slip();
+  Vector3 point_velocity(int body, const Vector3& point) const;
   void disturb();
   void check_bars();
   void check_fall();

@@ -1,0 +1,42 @@
+"""A scenario as full physics asks for it."""
+
+from __future__ import annotations
+
+from palanquin.sim.scenarios.scenario import Scenario
+from palanquin.sim.scenarios.settings import PlannerSettings
+
+FRICTION_SHARE = 0.75
+"""Of the ground's friction that a planner counts on: its cones are planned, not felt."""
+
+_PLANNER = {
+    "rate": 100.0,
+    "footholds": "raibert",
+    "feet_below": "load",
+}
+_WEIGHTS = {"foothold": (30.0, 30.0, 30.0), "torque": (1e-4, 1e-4, 1e-4)}
+
+
+def physical(scenario: Scenario) -> Scenario:
+    """The scenario with real bodies, and planned as motors and contacts want it where it does not
+    say how.
+
+    Arms have their masses and the payload the inertia of its shape, whatever the planner's model
+    would do with; planner settings that the scenario leaves open are those that walk under torque
+    limits: 100 plans a second, footholds that look ahead and are centred below robot and load,
+    loosely held to their references, and hand torques with a price.
+    """
+    planner = scenario.planner
+    weights = {k: v for k, v in _WEIGHTS.items() if k not in planner.weights.model_fields_set}
+    chosen = {
+        **_PLANNER,
+        "friction": FRICTION_SHARE * scenario.world.friction,
+        **{name: getattr(planner, name) for name in planner.model_fields_set},
+        "weights": planner.weights.model_copy(update=weights),
+    }
+    payload = scenario.payload.model_copy(update={"inertia": None, "allow_unphysical": False})
+    return scenario.changed(
+        robots=tuple(robot.changed(arm="dynaarm") for robot in scenario.robots),
+        payload=payload,
+        planner=PlannerSettings(**chosen),
+        tracking="physics",
+    )

@@ -1,0 +1,13 @@
+"""What full physics is told of the world, beyond what planners know."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from palanquin.schema import Positive, Strict
+
+
+class World(Strict):
+    """The simulated world; nothing of it changes a kinematic run."""
+
+    friction: Positive = Field(0.8, description="sliding coefficient between feet and ground")

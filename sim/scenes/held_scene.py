@@ -1,0 +1,124 @@
+"""The MuJoCo scene in which hands hold the payload, for physics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from palanquin import _sim
+from palanquin.problems.clm.team_plan import TeamState
+from palanquin.problems.robots import quadruped
+from palanquin.sim.scenarios.team import Team
+from palanquin.sim.scenes.links import COLLISION_GROUP
+from palanquin.sim.scenes.quadruped import armed_quadruped
+from palanquin.sim.scenes.robot_description import describe_robot
+from palanquin.sim.scenes.robot_poser import RobotPoser
+from palanquin.sim.scenes.scene import Scene, build_scene, joint_slice
+
+Array = NDArray[np.float64]
+
+_HOLD_SOLREF = (0.004, 1.0)
+"""Time constant (s) and damping of the weld between hand and payload: four physics steps."""
+
+
+@dataclass(frozen=True)
+class HeldScene:
+    """A scene whose hands are welded to the payload at their grasp points, turned as they are at
+    the start: equality `hold/<robot>` between the sites `<robot>/hand` and `hold/<robot>`.
+
+    `start` [nq] is its configuration there, `descriptions` what the robots' controllers know of
+    them, by name.
+    """
+
+    scene: Scene
+    start: Array
+    descriptions: dict[str, _sim.RobotDescription]
+
+    @property
+    def team(self) -> Team:
+        """Who is in it."""
+        return self.scene.team
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled scene."""
+        return self.scene.model
+
+
+def build_held_scene(
+    team: Team, state: TeamState, friction: float, path: Array | None = None
+) -> HeldScene:
+    """The scene of `team` where its bodies and feet are at `state`.
+
+    Args:
+        team: robots, payload, ground.
+        state: where the run begins; velocities do not matter.
+        friction: the ground's sliding coefficient.
+        path: positions that the ground must reach beyond, see `build_scene`.
+    """
+    bare = build_scene(team, path, friction)
+    start = _pose(bare, state)
+    data = mujoco.MjData(bare.model)
+    data.qpos[:] = start
+    mujoco.mj_kinematics(bare.model, data)
+    spec = bare.spec
+    # A state that is not finite ends the run instead of starting over at the origin.
+    spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    for robot in team.robots:
+        _hold(spec, robot.name, data)
+    model = spec.compile()
+    alone = {
+        kind: describe_robot(armed_quadruped(quadruped(kind), visual=False))
+        for kind in {robot.kind for robot in team.robots}
+    }
+    return HeldScene(
+        Scene(team, spec, model),
+        _moved(bare.model, model, start),
+        {robot.name: alone[robot.kind] for robot in team.robots},
+    )
+
+
+def _pose(scene: Scene, state: TeamState) -> Array:
+    """The configuration [nq] with bodies and feet at `state` and hands on their grasp points."""
+    qpos = scene.model.qpos0.copy()
+    payload = state.bodies[0, :7]
+    qpos[joint_slice(scene.model, "payload", 7)] = payload
+    for i in range(len(scene.team.robots)):
+        RobotPoser(scene, i).pose(qpos, state.bodies[i + 1, :7], state.feet[i], payload)
+    return qpos
+
+
+def _hold(spec: mujoco.MjSpec, robot: str, data: mujoco.MjData) -> None:
+    """Welds a hand to the payload where and how it is in `data`."""
+    payload, hand = data.body("payload"), data.site(f"{robot}/hand")
+    back = payload.xmat.reshape(3, 3).T
+    turn = np.zeros(4)
+    mujoco.mju_mat2Quat(turn, (back @ hand.xmat.reshape(3, 3)).ravel())
+    spec.body("payload").add_site(
+        name=f"hold/{robot}",
+        pos=back @ (hand.xpos - payload.xpos),
+        quat=turn,
+        size=[0.01, 0, 0],
+        group=COLLISION_GROUP,
+    )
+    spec.add_equality(
+        name=f"hold/{robot}",
+        type=mujoco.mjtEq.mjEQ_WELD,
+        objtype=mujoco.mjtObj.mjOBJ_SITE,
+        name1=f"{robot}/hand",
+        name2=f"hold/{robot}",
+        solref=_HOLD_SOLREF,
+    )
+
+
+def _moved(old: mujoco.MjModel, new: mujoco.MjModel, qpos: Array) -> Array:
+    """The configuration of the joints of `old` as `new` has them: addresses may have moved."""
+    moved = new.qpos0.copy()
+    for joint in range(old.njnt):
+        size = 7 if old.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else 1
+        name, first = old.joint(joint).name, int(old.jnt_qposadr[joint])
+        moved[joint_slice(new, name, size)] = qpos[first : first + size]
+    return moved
