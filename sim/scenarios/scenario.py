@@ -148,7 +148,8 @@ class Scenario(Strict):
     @property
     def team(self) -> clm.Team:
         """The team as the planner knows it."""
-        return clm.Team(self.payload.carried(), tuple(robot.carrier() for robot in self.robots))
+        carriers = tuple(robot.carrier() for robot in self.robots)
+        return clm.Team(self.payload.carried(), carriers, self.planner.feet_below)
 
     @property
     def scene(self) -> Team:

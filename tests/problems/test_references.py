@@ -1,5 +1,6 @@
 """Reference motions (14): rigid motion of the team, footholds on the ground, reference cases."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -108,3 +109,22 @@ def test_previous_contacts_lag_by_one_knot(team, problem):
     np.testing.assert_array_equal(params["right.contact"], contacts[:, 1])
     np.testing.assert_array_equal(params["right.previous_contact"][0], before[1])
     np.testing.assert_array_equal(params["right.previous_contact"][1:], contacts[:-1, 1])
+
+
+@pytest.mark.parametrize("terrain", [terrains.Flat(), RAMP])
+def test_feet_below_the_load_are_centred_under_the_zero_moment_point(team, terrain):
+    loaded = replace(team, feet_below="load")
+    start = np.array([3.8, 0.0, 0.4])  # of the ramp: on its slope
+    references = clm.make_references(loaded, terrain, start, TURN, 3, 1 / 30)
+    load = team.payload.mass / len(team.carriers)
+    for i, carrier in enumerate(team.carriers):
+        robot = references.bodies[:, i + 1]
+        hand = quaternions.rotate(robot[:, ORIENTATION], np.array(carrier.model.hand))
+        force_at = load / (load + carrier.model.mass) * hand[:, :2]
+        centre = references.footholds[:, i, :, :2].mean(axis=1)
+        np.testing.assert_allclose(centre, force_at, atol=1e-12)
+
+
+def test_what_feet_may_be_below_is_checked(team):
+    with pytest.raises(ProblemError, match="team.feet_below is 'hands'; it must be one of hips"):
+        replace(team, feet_below="hands")

@@ -1,6 +1,7 @@
 """Planners in folders: C++ programs without Python plan the same, bit by bit."""
 
 import subprocess
+from dataclasses import replace
 from enum import Enum
 
 import numpy as np
@@ -44,6 +45,7 @@ def closed_loop(planner, ticks=30):
 
 PLANNERS = {
     "ramp": lambda: planner_for(terrains.Ramp(1.6, 0.6, 0.5), footholds="raibert"),
+    "loaded": lambda: planner_for(terrains.Flat(), team=replace(team(), feet_below="load")),
     "ditches": lambda: planner_for(
         terrains.Flat(0.1), [[1.0, 0.0, -0.6, 0.15], [1.0, 0.1, -1.1, 0.1]], candidates=2
     ),

@@ -9,7 +9,6 @@ import pytest
 
 from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.problems.planning import Velocity
-from palanquin.sim.feasibility.route import payload_route
 from palanquin.sim.runs.hands_physics import held_scene
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import Scenario, open_scenario
@@ -19,6 +18,7 @@ from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bars import BarScenario
 from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
 from palanquin.sim.scenarios.physical import physical
+from palanquin.sim.scenarios.route import payload_route
 from palanquin.sim.scenarios.sensors import Sensors
 from palanquin.sim.scenarios.settings import PlannerSettings, WeightSettings
 from palanquin.sim.scenarios.world import World
