@@ -126,5 +126,5 @@ def test_feet_below_the_load_are_centred_under_the_zero_moment_point(team, terra
 
 
 def test_what_feet_may_be_below_is_checked(team):
-    with pytest.raises(ProblemError, match="team.feet_below is 'hands'; it must be one of hips"):
+    with pytest.raises(ProblemError, match=r"team\.feet_below is 'hands'; it must be one of hips"):
         replace(team, feet_below="hands")
