@@ -49,7 +49,7 @@ class BasicProblem:
     """What problems are made of; `Problem` has the words that are made of these."""
 
     def __init__(self, horizon: int, dt: float, name: str = "problem") -> None:
-        if not (np.isfinite(dt) and dt > 0):
+        if not (isinstance(dt, (int, float, np.number)) and np.isfinite(dt) and dt > 0):
             raise ProblemError(f"dt is {dt!r}; it must be a positive number of seconds")
         self.horizon = checked_horizon(horizon)
         self.name = checked_name("problem", name)
@@ -108,7 +108,8 @@ class BasicProblem:
         Returns:
             The block's symbol [size].
         """
-        return self._add_block(name, size, is_state=False, role=ca.SX(role), chart=chart)
+        role = checked_column(f"block '{name}': role", role, 1)
+        return self._add_block(name, size, is_state=False, role=role, chart=chart)
 
     def next(self, symbol: Expression) -> Expression:
         """Value of a state block at the next knot, for `dynamics` alone (semi-implicit schemes)."""
@@ -208,11 +209,14 @@ class BasicProblem:
         Args:
             name: unique among the costs of a knot; another may serve the terminal one.
             expression: column of residuals.
-            weight: one for all or one each, not negative; may depend on parameters.
+            weight: one for all or one each, not negative; may depend on parameters, not on
+                variables.
             at: knots that it counts at: "running", "terminal" or "all".
         """
         column = checked_value(f"residual '{name}'", expression)
-        weights = checked_weights(f"residual '{name}' weight", weight, column.numel())
+        what = f"residual '{name}' weight"
+        weights = checked_weights(what, weight, column.numel())
+        self._refuse_variables(what, weights)
         self._add_cost("residual", name, at, column, weights)
 
     def cost(self, name: str, expression: Expression, at: At = "running") -> None:
@@ -330,10 +334,19 @@ class BasicProblem:
         return ca.SX(symbol)  # a copy: what a user writes into it stays with the user
 
     def _block_of(self, symbol: Expression) -> Block:
-        for block in self._contents.blocks.values():
+        for block in self._contents.blocks.values() if isinstance(symbol, ca.SX) else ():
             if block.symbol.shape == symbol.shape and ca.is_equal(block.symbol, symbol):
                 return block
         raise ProblemError(f"{symbol} is not a block of problem '{self.name}'")
+
+    def _refuse_variables(self, what: str, expression: Expression) -> None:
+        """Raises ProblemError for an expression of more than parameters."""
+        for block in self._contents.blocks.values():
+            if ca.depends_on(expression, block.symbol):
+                raise ProblemError(
+                    f"{what} depends on '{block.name}'; it may depend on parameters alone. "
+                    "Make its root a factor of the residual, or state a cost"
+                )
 
     def _add_cost(
         self, kind: str, name: str, at: At, column: Expression, weights: Expression | None

@@ -138,9 +138,10 @@ class Problem(BasicProblem):
             steps: how many an interval is divided into.
             duration: of an interval, s; `dt` unless told.
         """
-        symbols = [states] if isinstance(states, ca.SX) else list(states)
-        given = [rates] if isinstance(rates, ca.SX) else list(rates)
+        symbols, given = _listed(states), _listed(rates)
         blocks = [self._block_of(symbol) for symbol in symbols]
+        if len({block.name for block in blocks}) < len(blocks):
+            raise ProblemError("ode: a state is given twice")
         if len(given) != len(blocks):
             raise ProblemError(f"ode: {len(blocks)} states have {len(given)} rates")
         for block in blocks:
@@ -220,3 +221,7 @@ class Problem(BasicProblem):
         of `palanquin.lowered.Lowered.check`.
         """
         return self.lower().check(**options)
+
+
+def _listed(given: Any) -> list[Any]:
+    return list(given) if isinstance(given, (list, tuple)) else [given]

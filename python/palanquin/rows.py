@@ -120,10 +120,18 @@ def relation(scalar: Expression) -> str:
 
 
 def _difference(what: str, kind: RowKind, column: Expression) -> Expression:
-    """Rows with a <= b (or a == b) written as a - b. CasADi writes a >= b as b <= a."""
+    """Rows with a <= b (or a == b) written as a - b. CasADi writes a >= b as b <= a, and a relation
+    between numbers as 1 or 0: what it was can't be told any more.
+    """
+    given = ca.vertsplit(column)
+    has_relations = any(map(relation, given)) or column.is_constant()
     rows = []
-    for index, row in enumerate(ca.vertsplit(column)):
+    for index, row in enumerate(given):
         sign = relation(row)
+        if has_relations and row.is_constant():
+            raise ProblemError(
+                f"{what}: row {index} holds no variable and no parameter; leave it out"
+            )
         if sign and sign not in _UNDERSTOOD[kind]:
             raise ProblemError(
                 f"{what}: row {index} is a relation by '{sign}'; "

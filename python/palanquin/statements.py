@@ -13,12 +13,16 @@ from palanquin.errors import ProblemError
 from palanquin.terms import At, Expression
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.\-]*")
+_LONGEST_NAME = 100  # names of problems become names of files
+_LONGEST_HORIZON = 10**7
 
 
 def checked_horizon(horizon: Any) -> int:
     """A number of intervals; raises ProblemError for anything else."""
     if not isinstance(horizon, (int, np.integer)) or isinstance(horizon, bool) or horizon < 1:
         raise ProblemError(f"horizon is {horizon!r}; it must be an integer of at least 1")
+    if horizon > _LONGEST_HORIZON:
+        raise ProblemError(f"horizon is {horizon}; it must be at most {_LONGEST_HORIZON}")
     return int(horizon)
 
 
@@ -27,6 +31,10 @@ def checked_name(what: str, name: str) -> str:
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise ProblemError(
             f"{what} name {name!r} must start with a letter and hold letters, digits, _ . -"
+        )
+    if len(name) > _LONGEST_NAME:
+        raise ProblemError(
+            f"{what} name {name[:20]!r}... has {len(name)} letters; at most {_LONGEST_NAME} may be"
         )
     return name
 

@@ -30,6 +30,10 @@ def cart():
         ({"horizon": 2, "dt": 0.0}, "dt is 0.0; it must be a positive number"),
         ({"horizon": 2, "dt": -0.1}, "dt is -0.1"),
         ({"horizon": 2, "dt": float("nan")}, "dt is nan"),
+        ({"horizon": 2, "dt": None}, "dt is None; it must be a positive number"),
+        ({"horizon": 2, "dt": np.array([0.1, 0.2])}, r"dt is array\(\[0.1, 0.2\]\)"),
+        ({"horizon": 10**30, "dt": 0.1}, "horizon is 10*; it must be at most"),
+        ({"horizon": 2, "dt": 0.1, "name": "a" * 200}, "problem name 'a*'... has 200 letters"),
         ({"horizon": 2, "dt": 0.1, "name": "a b"}, "problem name 'a b' must start with a letter"),
         ({"horizon": 2, "dt": 0.1, "name": ""}, "problem name ''"),
     ],
@@ -65,6 +69,24 @@ REFUSED = {
     r"dynamics\('v'\) value has 1 rows; 2 are needed": lambda p, x, v, u: p.dynamics(v, x),
     r"dynamics\('v'\) increment has 1 rows; 2": lambda p, x, v, u: p.dynamics(v, increment=x),
     r"residual 'r' has shape \(2, 2\); a column": lambda p, x, v, u: p.residual("r", v @ v.T),
+    "block 'y': role is not a CasADi expression: 'input'": lambda p, x, v, u: p.variable(
+        "y", 1, role="input"
+    ),
+    "block 'y': role has 2 rows; 1 are needed": lambda p, x, v, u: p.variable("y", 1, role=v),
+    "ode: a state is given twice": lambda p, x, v, u: p.ode([x, x], [u, u]),
+    "3 is not a block of problem 'cart'": lambda p, x, v, u: p.ode(3, u),
+    "rate of 'v' has 1 rows; 2 are needed": lambda p, x, v, u: p.ode(v, 0),
+    "residual 'r' weight depends on 'v'; it may depend on parameters": lambda p, x, v, u: (
+        p.residual("r", x, weight=1 + v[0] ** 2)
+    ),
+    "inequality 'b': row 1 holds no variable and no parameter": lambda p, x, v, u: p.inequality(
+        "b", ca.DM([[1, 0], [0, 0]]) @ v <= ca.DM([5, -1])
+    ),
+    "inequality 'b': row 0 holds no variable": lambda p, x, v, u: p.inequality("b", 0 * u <= 1),
+    "equality 'b': row 0 holds no variable": lambda p, x, v, u: p.equality("b", v - v == 0),
+    "link 'b': row 1 holds no variable": lambda p, x, v, u: p.link(
+        "b", ca.vertcat(p.previous(x) == x, ca.SX(1) == 1)
+    ),
     "residual 'r' weight has 3 rows; 2 are needed": lambda p, x, v, u: p.residual(
         "r", v, [1, 2, 3]
     ),
