@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core
 from palanquin.errors import ProblemError
@@ -72,9 +73,9 @@ class Candidates:
 
     def solve(
         self,
-        parameters: NamedArray | Sequence[NamedArray],
+        parameters: NamedArray | NDArray[np.float64] | Sequence[NamedArray | ArrayLike],
         measured: NamedArray | ArrayLike,
-        guesses: Sequence[NamedArray],
+        guesses: Sequence[NamedArray | ArrayLike],
     ) -> Choice:
         """Solves from every guess and keeps the plan of lowest cost among the usable ones.
 
@@ -93,15 +94,18 @@ class Candidates:
             raise ProblemError(
                 f"candidates: {len(guesses)} guesses; 1 to {len(self.solvers)} are needed"
             )
-        if isinstance(parameters, NamedArray):
-            parameters = [parameters] * len(guesses)
-        if len(parameters) != len(guesses):
+        sets: list[Any]
+        if isinstance(parameters, (NamedArray, np.ndarray)) and np.ndim(parameters) == 2:
+            sets = [parameters] * len(guesses)
+        else:
+            sets = list(parameters)
+        if len(sets) != len(guesses):
             raise ProblemError(
-                f"candidates: {len(parameters)} sets of parameters for {len(guesses)} guesses"
+                f"candidates: {len(sets)} sets of parameters for {len(guesses)} guesses"
             )
         jobs = [
             solver._inputs(values, measured, guess)
-            for solver, values, guess in zip(self.solvers, parameters, guesses, strict=False)
+            for solver, values, guess in zip(self.solvers, sets, guesses, strict=False)
         ]
         index = self._core.solve([p for p, _, _ in jobs], jobs[0][1], [g for _, _, g in jobs])
         plans = tuple(

@@ -98,6 +98,12 @@ class Lowered:
                 parameters[marker][knot] = 1.0
         return parameters
 
+    def time_steps(self, parameters: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The parameter dt of all knots [N + 1], s; empty for parameters of another shape."""
+        if parameters.ndim != 2 or parameters.shape[1] != self.core.np:
+            return np.empty(0)
+        return parameters[:, self._parameter_columns["dt"][0].start]
+
     def trajectory(self, horizon: int | None = None) -> NamedArray:
         """A neutral trajectory: z["block"] is a view [N + 1, size]; identity quaternions, zeros."""
         values = _core.neutral_trajectory(self.core, self._knots(horizon) - 1)

@@ -217,7 +217,7 @@ class _Solver(Generic[Settings]):
     def dump(
         self,
         path: str | os.PathLike[str],
-        parameters: NamedArray,
+        parameters: NamedArray | ArrayLike,
         measured: NamedArray | ArrayLike,
         guess: NamedArray | ArrayLike | None = None,
     ) -> Path:
@@ -260,17 +260,15 @@ class _Solver(Generic[Settings]):
 
     def _inputs(
         self,
-        parameters: NamedArray,
+        parameters: NamedArray | ArrayLike,
         measured: NamedArray | ArrayLike,
         guess: NamedArray | ArrayLike | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        p = parameters.values
-        late = parameters["dt"] <= 0
-        if np.any(late):
-            k = int(np.argmax(late))
-            raise ProblemError(
-                f"parameter 'dt' is {parameters['dt'][k]} at knot {k}; it must be positive"
-            )
+        p = np.asarray(parameters, float)
+        steps = self.lowered.time_steps(p)
+        if np.any(steps <= 0):
+            k = int(np.argmax(steps <= 0))
+            raise ProblemError(f"parameter 'dt' is {steps[k]} at knot {k}; it must be positive")
         z = np.asarray(measured, float)
         start = np.tile(z, (self.horizon + 1, 1)) if guess is None else np.asarray(guess, float)
         return p, z, np.ascontiguousarray(start)
@@ -356,7 +354,7 @@ class Sqp(_Solver[_core.SqpSettings]):
 
     def solve(
         self,
-        parameters: NamedArray,
+        parameters: NamedArray | ArrayLike,
         measured: NamedArray | ArrayLike,
         guess: NamedArray | ArrayLike | None = None,
     ) -> Plan:
@@ -418,7 +416,7 @@ class Sqp(_Solver[_core.SqpSettings]):
 
     def prepare(
         self,
-        parameters: NamedArray,
+        parameters: NamedArray | ArrayLike,
         predicted: NamedArray | ArrayLike,
         guess: NamedArray | ArrayLike | None = None,
     ) -> bool:
@@ -491,7 +489,7 @@ class Ipopt(_Solver[_core.IpoptSettings]):
 
     def solve(
         self,
-        parameters: NamedArray,
+        parameters: NamedArray | ArrayLike,
         measured: NamedArray | ArrayLike,
         guess: NamedArray | ArrayLike | None = None,
     ) -> Plan:

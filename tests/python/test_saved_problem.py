@@ -395,3 +395,23 @@ def test_arrays_are_taken_wherever_named_ones_are():
         assert again.status is pq.Status.CONVERGED
     again = pq.Ipopt(lowered).solve(parameters, np.asarray(measured), guess=plan.xs)
     assert again.status is pq.Status.CONVERGED
+
+
+@pytest.mark.parametrize("as_given", [np.asarray, lambda p: p.values.tolist()])
+def test_parameters_may_be_bare(as_given):
+    lowered = lander().lower()
+    named = lowered.parameters()
+    bare, measured = as_given(named), np.asarray(lowered.knot())
+    expected = pq.Sqp(lowered).solve(named, measured)
+    assert pq.Sqp(lowered).solve(bare, measured).cost == expected.cost
+    solver = pq.Sqp(lowered, max_iterations=1)
+    assert solver.prepare(bare, measured)
+    assert solver.feedback(measured).status is pq.Status.ITERATION_LIMIT
+    choice = pq.Candidates(lowered, 2).solve(np.asarray(bare), measured, [expected.xs] * 2)
+    assert choice.plan.status is pq.Status.CONVERGED
+    wrong = np.asarray(bare)
+    wrong[1, 0] = 0.0
+    with pytest.raises(pq.ProblemError, match=r"parameter 'dt' is 0.0 at knot 1"):
+        pq.Sqp(lowered).solve(wrong, measured)
+    with pytest.raises(ValueError, match=r"parameters have shape \[.*\] is needed"):
+        pq.Sqp(lowered).solve(wrong[:, 1:], measured)
