@@ -8,10 +8,15 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
 #include "bindings.hpp"
 #include "palanquin/control/planning/foothold_areas.hpp"
 #include "palanquin/control/planning/foothold_starts.hpp"
 #include "palanquin/control/planning/height_map.hpp"
+#include "palanquin/core/shapes.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -157,11 +162,22 @@ void bind_terrains(nb::module_& m) {
             return by;
           },
           "points"_a);
-  m.def("nearest_in_polygon", &nearest_in_polygon, "corners"_a, "point"_a);
+  m.def(
+      "nearest_in_polygon",
+      [](const RowMatrix& corners, const Vector2& point) {
+        check_shape("corners have", corners, corners.rows(), 2);
+        return nearest_in_polygon(corners, point);
+      },
+      "corners"_a, "point"_a);
 }
 
-/// Contacts and measured feet as an instant has them.
-Instant instant_of(const Flags& flags, const Flags& before, const RowMatrix& feet) {
+/// Contacts and measured feet as an instant has them. Throws std::invalid_argument unless `wanted`
+/// is [N + 1, 3 feet] and the others fit.
+Instant instant_of(const RowMatrix& wanted, const Flags& flags, const Flags& before,
+                   const RowMatrix& feet) {
+  check_shape("contacts have", flags, wanted.rows(), wanted.cols() / 3);
+  check_shape("wanted footholds have", wanted, flags.rows(), 3 * flags.cols());
+  check_shape("contacts before have", before, 1, flags.cols());
   Instant now;
   now.contacts = flags;
   now.before = before;
@@ -171,6 +187,11 @@ Instant instant_of(const Flags& flags, const Flags& before, const RowMatrix& fee
 
 std::vector<std::vector<int>> cheapest_combinations(const std::vector<std::vector<double>>& costs,
                                                     int at_most) {
+  for (const auto& cost : costs)
+    if (cost.empty() || cost.size() > Choices::kMost ||
+        !std::all_of(cost.begin(), cost.end(), [](double c) { return std::isfinite(c); }))
+      throw std::invalid_argument("costs: 1 to " + std::to_string(Choices::kMost) +
+                                  " finite numbers are needed in each list");
   CheapestCombinations combinations(at_most, static_cast<int>(costs.size()));
   for (const auto& cost : costs) combinations.add(cost.data(), static_cast<int>(cost.size()));
   combinations.begin();
@@ -186,7 +207,7 @@ std::vector<std::vector<int>> cheapest_combinations(const std::vector<std::vecto
 std::vector<RowMatrix> foothold_starts(const RowMatrix& wanted, const Flags& flags,
                                        const Flags& before, const StandingGround& ground,
                                        int at_most) {
-  const Instant now = instant_of(flags, before, {});
+  const Instant now = instant_of(wanted, flags, before, {});
   FootholdStarts starts(at_most, static_cast<int>(wanted.rows()) - 1,
                         static_cast<int>(flags.cols()));
   std::vector<RowMatrix> found(static_cast<std::size_t>(at_most));
@@ -239,7 +260,8 @@ void bind_footholds(nb::module_& m) {
   m.def(
       "carried_feet",
       [](RowMatrix wanted, const Flags& flags, const Flags& before, const RowMatrix& feet) {
-        instant_of(flags, before, feet).carry(wanted);
+        check_shape("feet have", feet, flags.cols(), 3);
+        instant_of(wanted, flags, before, feet).carry(wanted);
         return wanted;
       },
       "wanted"_a, "contacts"_a, "before"_a, "feet"_a);

@@ -13,6 +13,7 @@
 #include "bindings.hpp"
 #include "palanquin/control/planning/planner_file.hpp"
 #include "palanquin/control/planning/sqp_settings_text.hpp"
+#include "palanquin/core/shapes.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -55,6 +56,7 @@ void bind_team(nb::module_& m) {
   m.def(
       "carrying_forces",
       [](const Team& team, const Flags& contacts) {
+        check_shape("contacts have", contacts, contacts.rows(), team.feet());
         RowMatrix forces(contacts.rows(), 3 * contacts.cols());
         for (Eigen::Index k = 0; k < contacts.rows(); ++k)
           for (int i = 0; i < team.feet(); ++i)
@@ -91,6 +93,11 @@ void bind_references(nb::module_& m) {
       [](const Team& team, const Terrain& terrain, const RowMatrix& bodies,
          const std::vector<double>& times, const RowMatrix& begin, const RowMatrix& end,
          const RowMatrix& too_fast) {
+        const auto knots = static_cast<Eigen::Index>(times.size());
+        check_shape("bodies have", bodies, knots, 13 * (team.robots() + 1));
+        check_shape("begins of stances have", begin, knots, team.feet());
+        check_shape("ends of stances have", end, knots, team.feet());
+        check_shape("excess velocities have", too_fast, team.robots(), 2);
         References references{bodies, RowMatrix(bodies.rows(), 3 * team.feet())};
         std::vector<std::vector<Stances>> stances(times.size());
         for (std::size_t k = 0; k < times.size(); ++k)
@@ -103,7 +110,7 @@ void bind_references(nb::module_& m) {
           }
         std::vector<Vector2> excess;
         excess.reserve(static_cast<std::size_t>(team.robots()));
-        for (int r = 0; r < team.robots(); ++r) excess.emplace_back(too_fast.row(r).head<2>());
+        for (int r = 0; r < team.robots(); ++r) excess.emplace_back(too_fast.row(r));
         use_raibert_footholds(team, terrain, times, stances, excess, references);
         return references.footholds;
       },

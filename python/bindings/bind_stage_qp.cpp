@@ -1,11 +1,13 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 
 #include "bindings.hpp"
@@ -46,9 +48,9 @@ const QpStage& stage_at(const StageQp& qp, int knot) {
 /// Linearises trajectories with a workspace of its own, apart from any solver's.
 class StageQpSource {
  public:
-  const StageQp& at(const Snapshot& snapshot) {
+  std::shared_ptr<const StageQp> at(const Snapshot& snapshot) {
     if (workspace_ == nullptr || !is_model(*snapshot.model))
-      workspace_ = std::make_unique<TranscriptionWorkspace>(snapshot.model);
+      workspace_ = std::make_shared<TranscriptionWorkspace>(snapshot.model);
     workspace_->set_policies(snapshot.inputs.shared_policies());
     workspace_->set_parameters(snapshot.inputs.parameters());
     workspace_->set_measured(snapshot.inputs.measured());
@@ -56,7 +58,7 @@ class StageQpSource {
     workspace_->project(trajectory);
     const NonFinite bad = workspace_->linearize(trajectory);
     if (bad.found) throw std::invalid_argument(bad.message);
-    return workspace_->qp();
+    return {workspace_, &workspace_->qp()};
   }
 
  private:
@@ -65,7 +67,7 @@ class StageQpSource {
            workspace_->model().form() == model.form();
   }
 
-  std::unique_ptr<TranscriptionWorkspace> workspace_;
+  std::shared_ptr<TranscriptionWorkspace> workspace_;
 };
 
 using StageFields = nb::typed<nb::dict, nb::str, nb::object>;
@@ -227,8 +229,8 @@ void bind_stage_qp(nb::module_& m) {
       "name"_a, "settings"_a = QpSettings{});
   nb::class_<StageQpSource>(m, "StageQpSource", "Linearises trajectories, apart from any solver.")
       .def(nb::init<>())
-      .def("at", &StageQpSource::at, "snapshot"_a, nb::rv_policy::reference_internal,
-           "The StageQp at a snapshot's trajectory, projected; valid until the next call.");
+      .def("at", &StageQpSource::at, "snapshot"_a,
+           "The StageQp at a snapshot's trajectory, projected; the next call writes over it.");
   m.def(
       "kernel_level",
       [] { return std::string(to_string(resolve_kernel_level(KernelLevel::Automatic))); },

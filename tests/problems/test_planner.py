@@ -147,6 +147,12 @@ def test_a_restart_forgets_gaits_and_pushes(flat_problem):
     assert np.array_equal(again.plan.xs, first.plan.xs)
 
 
+@pytest.mark.parametrize("robot", [-1, 2])
+def test_a_clock_is_that_of_a_robot(planner, robot):
+    with pytest.raises(IndexError):
+        planner._core.clock(robot)
+
+
 def test_a_planner_must_restart_some_time(flat_problem):
     with pytest.raises(ProblemError, match=r"planner\.restart_after is 0; it must be at least 1"):
         Planner(flat_problem, restart_after=0)

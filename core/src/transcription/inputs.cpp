@@ -4,8 +4,8 @@
 #include <stdexcept>
 
 #include "palanquin/core/finite.hpp"
+#include "palanquin/core/shapes.hpp"
 #include "palanquin/core/transcription/model.hpp"
-#include "transcription/shapes.hpp"
 #include "transcription/sizes.hpp"
 
 namespace palanquin {

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "transcription/shapes.hpp"
+#include "palanquin/core/shapes.hpp"
 
 namespace palanquin {
 

@@ -108,8 +108,9 @@ class TeamPlanner {
   /// Of the next plan; what plans do not write stays as it is set.
   RowMatrix& parameters() { return parameters_; }
   const RowMatrix& parameters() const { return parameters_; }
-  GaitClock& clock(int robot) { return clocks_[static_cast<std::size_t>(robot)]; }
-  const GaitClock& clock(int robot) const { return clocks_[static_cast<std::size_t>(robot)]; }
+  /// @throws std::out_of_range when there is no such robot
+  GaitClock& clock(int robot) { return clocks_.at(static_cast<std::size_t>(robot)); }
+  const GaitClock& clock(int robot) const { return clocks_.at(static_cast<std::size_t>(robot)); }
   const Eigen::VectorXd& spacings() const { return spacing_; }  ///< of the last plan, [N + 1], s
   double spacing() const { return parameters_(0, slots_.spacing()); }  ///< of knots, s
 

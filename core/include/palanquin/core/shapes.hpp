@@ -1,16 +1,16 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <stdexcept>
 #include <string>
-
-#include "palanquin/core/trajectory.hpp"
 
 namespace palanquin {
 
 /// Throws std::invalid_argument that begins with `what` ("trajectory has") and gives both shapes
 /// unless `array` is [rows, cols].
-inline void check_shape(const std::string& what, MatrixView array, Eigen::Index rows,
-                        Eigen::Index cols) {
+template <class Derived>
+void check_shape(const std::string& what, const Eigen::DenseBase<Derived>& array, Eigen::Index rows,
+                 Eigen::Index cols) {
   const auto shape = [](Eigen::Index r, Eigen::Index c) {
     return "[" + std::to_string(r) + ", " + std::to_string(c) + "]";
   };
