@@ -106,7 +106,11 @@ Status DenseQpSolver::start(const DenseQp& qp) {
   factors_.minimise(qp.g, x_);
   if (!x_.allFinite()) return Status::NonFinite;
   size_ = x_.lpNorm<Eigen::Infinity>();
-  if (equalities_ > 0) measure_rows(qp);
+  if (equalities_ > 0) {
+    if (!qp.A.topRows(equalities_).allFinite() || !qp.b.head(equalities_).allFinite())
+      return Status::NonFinite;
+    measure_rows(qp);
+  }
   for (int i = 0; i < equalities_; ++i)
     if (const Status status = add_row(qp, i); status != Status::Converged) return status;
   return Status::Converged;
@@ -212,6 +216,7 @@ Status DenseQpSolver::add_row(const DenseQp& qp, int row) {
       rows_[static_cast<std::size_t>(row)] = Row::Active;
       return Status::Converged;
     }
+    if (dropped < 0) return Status::QpFailed;  // the step is not a number: overflow
     drop(dropped);
   }
   return Status::IterationLimit;

@@ -91,6 +91,24 @@ TEST(DenseQp, SaysWhenDataAreOfNoUse) {
   EXPECT_EQ(DenseQpSolver().solve(indefinite), Status::NonFinite);
 }
 
+/// Also where the step to the first row would not be a number: nothing is dropped then.
+TEST(DenseQp, RefusesRowsThatAreNoNumbers) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  DenseQpSolver solver;
+  for (int equalities : {0, 1, 4})
+    for (int row : {0, 3, 9})
+      for (double bad : {kNaN, kInfinity, -kInfinity, 1e308})
+        for (bool is_bound : {true, false}) {
+          DenseQp qp = random_qp(11, 6, equalities, 10 - equalities);
+          (is_bound ? qp.b[row] : qp.A(row, 2)) = bad;
+          const Status status = solver.solve(qp);
+          if (std::isfinite(bad)) continue;  // may be solved: it ends
+          EXPECT_NE(status, Status::Converged) << row << ' ' << bad;
+          EXPECT_EQ(status == Status::NonFinite, row < equalities) << row << ' ' << bad;
+        }
+}
+
 TEST(DenseQp, SolvesWithoutRows) {
   const DenseQp qp = random_qp(7, 5, 0, 0);
   DenseQpSolver solver;
