@@ -211,12 +211,12 @@ ExactSource exact_source(nb::object path) {
   };
 }
 
-/// A solve of Sqp without Python's lock.
+/// A solve of Sqp without Python's lock, which an exception in a handler of signals stops.
 template <auto solve>
 auto solved(Sqp& sqp, MatrixView parameters, VectorView measured, MatrixView guess) {
   auto result = [&] {
     const nb::gil_scoped_release release;
-    return (sqp.*solve)(parameters, measured, guess);
+    return (sqp.*solve)(parameters, measured, guess, no_signal_came);
   }();
   if (PyErr_Occurred()) throw nb::python_error();
   return result;

@@ -50,7 +50,7 @@ namespace {
 class WatchedNlp final : public Nlp {
  public:
   using Nlp::Nlp;
-  std::function<bool()> goes_on;
+  GoesOn goes_on;
 
  private:
   bool intermediate_callback(::Ipopt::AlgorithmMode, ::Ipopt::Index, ::Ipopt::Number,
@@ -86,7 +86,7 @@ void make_implicit(const StageQp& qp, RowMultipliers& multipliers) {
 }  // namespace
 
 Plan Ipopt::solve(MatrixView parameters, VectorView measured, MatrixView guess,
-                  const std::function<bool()>& goes_on) {
+                  const GoesOn& goes_on) {
   const auto use = user_.change("solve");
   transcription_.set_policies(policies_);
   transcription_.set_parameters(parameters);

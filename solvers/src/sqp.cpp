@@ -17,10 +17,6 @@
 namespace palanquin {
 
 namespace {
-using Clock = std::chrono::steady_clock;
-
-constexpr double kNoLimit = 1e8;  // s; later than the clock can say
-
 const SqpSettings& checked(const SqpSettings& settings) {
   if (const std::string reason = settings.explain_invalid(); !reason.empty())
     throw std::invalid_argument(reason);
@@ -66,7 +62,7 @@ Sqp::Sqp(std::shared_ptr<const LoweredProblem> problem, int horizon, const SqpSe
     throw std::invalid_argument(
         "sqp.hessian is exact, which needs the problem's \"exact\" library");
   // A solve with a time limit has no time to compile them.
-  if (settings.max_seconds < kNoLimit && settings.max_iterations > settings.exact_after)
+  if (settings.max_seconds < Deadline::kNoLimit && settings.max_iterations > settings.exact_after)
     prepare_exact();
   trial_ = iterate_ = neutral_trajectory(transcription_->problem(), horizon);
   const auto most = static_cast<std::size_t>(std::min(settings.max_iterations, 1000));
@@ -84,19 +80,22 @@ void Sqp::set_policy(const std::string& family, const Policy& policy) {
   policies_ = std::move(changed);
 }
 
-Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess) {
+Status Sqp::solve(MatrixView parameters, VectorView measured, MatrixView guess,
+                  const GoesOn& goes_on) {
   const auto use = user_.change("solve");
-  return run(parameters, measured, guess);
+  return run(parameters, measured, guess, goes_on);
 }
 
-Plan Sqp::solve_plan(MatrixView parameters, VectorView measured, MatrixView guess) {
+Plan Sqp::solve_plan(MatrixView parameters, VectorView measured, MatrixView guess,
+                     const GoesOn& goes_on) {
   const auto use = user_.change("solve");
-  run(parameters, measured, guess);
+  run(parameters, measured, guess, goes_on);
   return make_plan();
 }
 
-Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
-  set_deadline();
+Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess,
+                const GoesOn& goes_on) {
+  deadline_.set(settings_.max_seconds, goes_on);
   if (!start(parameters, measured, guess)) return status_;
   is_real_time_ = settings_.max_iterations == 1;
   while (status_ == Status::NotSolved) {
@@ -109,7 +108,7 @@ Status Sqp::run(MatrixView parameters, VectorView measured, MatrixView guess) {
 
 bool Sqp::prepare(MatrixView parameters, VectorView predicted, MatrixView guess) {
   const auto use = user_.change("prepare");
-  deadline_ = Clock::time_point::max();
+  deadline_.clear();
   if (!start(parameters, predicted, guess)) return false;
   prepared_ = {};
   if (!linearize(prepared_)) return false;
@@ -148,7 +147,7 @@ Status Sqp::finish_feedback(VectorView measured) {
 /// Takes over the inputs; false when a function is not finite at the guess.
 bool Sqp::start(MatrixView parameters, VectorView measured, MatrixView guess) {
   Stopwatch watch;
-  is_prepared_ = is_late_ = false;
+  is_prepared_ = false;
   best_evaluation_ = Evaluation{};
   history_.clear();
   status_ = Status::NotSolved;
@@ -278,7 +277,7 @@ void Sqp::accept(double alpha, StepKind kind, IterationRecord& record) {
   before_ = evaluation_;
   iterate_.swap(trial_);
   evaluation_ = trial_evaluation_;
-  if (has_deadline()) keep_best();
+  if (deadline_.is_limited()) keep_best();
   record.step_length = alpha;
   record.step = kind;
 }
@@ -292,7 +291,7 @@ void Sqp::keep_iterate(IterationRecord& record) {
     evaluation_ = transcription_->evaluate(iterate_);
   }
   const bool is_solved = is_usable(record.qp_status);
-  if (is_late_)
+  if (deadline_.was_noticed())
     finish_late();
   else if (is_real_time_ && is_solved)
     finish(Status::Diverged, "cost or residuals blew up, however short the step");
@@ -333,7 +332,7 @@ void Sqp::close(IterationRecord& record) {
                                     std::to_string(largest_entry(iterate_)));
     else if (static_cast<int>(history_.size()) + 1 >= settings_.max_iterations)
       finish_at_limit();
-    else if (is_late())
+    else if (deadline_.has_passed())
       finish_late();
     else
       update_damping(record);
@@ -370,22 +369,10 @@ bool Sqp::is_feasible(const Evaluation& evaluation) const {
          evaluation.inequality_max <= settings_.equality_tolerance;
 }
 
-void Sqp::set_deadline() {
-  deadline_ = settings_.max_seconds < kNoLimit
-                  ? Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                       std::chrono::duration<double>(settings_.max_seconds))
-                  : Clock::time_point::max();
-}
-
-bool Sqp::has_deadline() const { return deadline_ != Clock::time_point::max(); }
-
-bool Sqp::is_late() {
-  is_late_ = is_late_ || (has_deadline() && Clock::now() >= deadline_);
-  return is_late_;
-}
-
 /// Late or not, one QP is solved and its full step tried: a plan must answer to its measurement.
-bool Sqp::goes_on(bool is_first_try) { return (is_first_try && history_.empty()) || !is_late(); }
+bool Sqp::goes_on(bool is_first_try) {
+  return (is_first_try && history_.empty()) || !deadline_.has_passed();
+}
 
 /// Best is what the exact penalty function M = phi + |multipliers| theta says is.
 void Sqp::keep_best() {
@@ -401,7 +388,8 @@ void Sqp::finish_late() {
     iterate_ = best_;
     evaluation_ = best_evaluation_;
   }
-  finish(Status::TimeLimit, "the time was up after " + std::to_string(history_.size() + 1) +
+  const std::string end = deadline_.was_stopped() ? "the solve was stopped" : "the time was up";
+  finish(Status::TimeLimit, end + " after " + std::to_string(history_.size() + 1) +
                                 " iterations; " + describe_worst_rows(iterate_));
 }
 

@@ -15,7 +15,7 @@ bool Sqp::restore(IterationRecord& record) {
   const bool rows_failed =
       !is_feasible(evaluation_) || (is_real_time_ && !is_usable(record.qp_status));
   const bool may = !is_real_time_ || settings_.restoration.elastic;
-  if (status_ != Status::NotSolved || !rows_failed || !may || is_late()) return false;
+  if (status_ != Status::NotSolved || !rows_failed || !may || deadline_.has_passed()) return false;
   if (added_damping_ == 0.0) damping_.measure(transcription_->qp());
   constexpr double kEnough = 0.9;  // of the residuals, before the QP is tried again
   filter_.add(merit_of(evaluation_));
@@ -27,7 +27,7 @@ bool Sqp::restore(IterationRecord& record) {
     if (!is_real_time_ && dynamics_hold() && restoration_.is_stationary())
       return end_stationary(record);
     found = search_restoration(record);
-  } while (!found && !is_late() && restoration_.shorten());
+  } while (!found && !deadline_.has_passed() && restoration_.shorten());
   if (!found) restoration_.reset();
   if (is_real_time_ || !dynamics_hold()) return found;
   const bool has_gained =
@@ -48,7 +48,7 @@ bool Sqp::leave_stationary(IterationRecord& record) {
   for (int direction = 0; direction < kDirections; ++direction) {
     if (!restoration_.random_step(transcription_->qp(), damping_.scale(), solution_)) return false;
     for (const double length : kLengths) {
-      if (is_late()) return false;
+      if (deadline_.has_passed()) return false;
       try_length(length * size);
       if (!trial_evaluation_.is_finite ||
           restoration_.is_negligible(evaluation_.infeasibility, trial_evaluation_.infeasibility))

@@ -87,6 +87,16 @@ def solve_for_ever(solver, params, measured):
         solver.solve(params, measured)
 
 
+def test_a_long_solve_is_stopped_within(lowered):
+    problem = lowered("Hopper")
+    horizon = 50_000
+    params, measured = problem.parameters(horizon), problem.knot()
+    solver = pq.Sqp(problem, horizon=horizon, cost_tolerance=1e-300, stationarity_tolerance=1e-300)
+    with pytest.raises(KeyboardInterrupt):
+        solve_for_ever(solver, params, measured)
+    assert solver.message.startswith("the solve was stopped after")
+
+
 @pytest.mark.parametrize("name", SOLVERS)
 def test_a_solver_is_usable_after_an_interrupt(lowered, name):
     problem = lowered("Hopper")

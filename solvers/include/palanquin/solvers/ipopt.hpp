@@ -1,11 +1,11 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
 #include "palanquin/core/transcription/workspace.hpp"
+#include "palanquin/solvers/deadline.hpp"
 #include "palanquin/solvers/plan.hpp"
 #include "palanquin/solvers/single_user.hpp"
 #include "palanquin/solvers/status.hpp"
@@ -46,7 +46,7 @@ class Ipopt {
   /// every iteration; the solve stops when it says no. The plan's trajectory is the last iterate
   /// whatever its status.
   Plan solve(MatrixView parameters, VectorView measured, MatrixView guess,
-             const std::function<bool()>& goes_on = {});
+             const GoesOn& goes_on = {});
 
   struct Functions;  ///< the lowered `nlp_*` functions
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -8,6 +7,7 @@
 
 #include "palanquin/core/transcription/workspace.hpp"
 #include "palanquin/solvers/damping.hpp"
+#include "palanquin/solvers/deadline.hpp"
 #include "palanquin/solvers/filter.hpp"
 #include "palanquin/solvers/iteration_record.hpp"
 #include "palanquin/solvers/kkt_error.hpp"
@@ -74,10 +74,13 @@ class Sqp {
   /// Solves from `guess` [N + 1, nz] for `parameters` [N + 1, np] and the `measured` knot [nz]
   /// (states at knot 0; other blocks as they were before it). The result is in trajectory().
   /// Throws std::invalid_argument for wrong shapes, non-finite input, and rows that the QP back end
-  /// does not take; numerical failure is a status.
-  Status solve(MatrixView parameters, VectorView measured, MatrixView guess);
+  /// does not take; numerical failure is a status. A solve that `goes_on` stops, asked as Deadline
+  /// says, ends as one whose time is up.
+  Status solve(MatrixView parameters, VectorView measured, MatrixView guess,
+               const GoesOn& goes_on = {});
   /// As `solve`, and the outcome as a value.
-  Plan solve_plan(MatrixView parameters, VectorView measured, MatrixView guess);
+  Plan solve_plan(MatrixView parameters, VectorView measured, MatrixView guess,
+                  const GoesOn& goes_on = {});
 
   /// One real-time iteration in two phases (Diehl et al. 2005). `prepare` linearises around
   /// `guess`, whose x_0 is the `predicted` knot's, and does all of the QP's work that does not need
@@ -132,7 +135,7 @@ class Sqp {
   [[nodiscard]] SingleUser::Use read(const char* call) const { return user_.read(call); }
 
  private:
-  Status run(MatrixView parameters, VectorView measured, MatrixView guess);
+  Status run(MatrixView parameters, VectorView measured, MatrixView guess, const GoesOn& goes_on);
   Status finish_feedback(VectorView measured);
   Plan make_plan() const;
   RowMultipliers row_multipliers() const;
@@ -170,9 +173,6 @@ class Sqp {
   bool is_saddle(const IterationRecord& record);
   void finish_converged(const IterationRecord& record);
   void finish_at_limit();
-  void set_deadline();
-  bool has_deadline() const;
-  bool is_late();
   bool goes_on(bool is_first_try);
   void keep_best();
   void finish_late();
@@ -220,9 +220,8 @@ class Sqp {
   IterationRecord prepared_;
   bool is_prepared_ = false;
   bool is_real_time_ = false;  ///< the step at hand is a real-time iteration's
-  std::chrono::steady_clock::time_point deadline_;
-  bool is_late_ = false;  ///< it has passed, and was noticed
-  RowMatrix best_;        ///< the best iterate so far of a solve that has a deadline
+  Deadline deadline_;
+  RowMatrix best_;  ///< the best iterate so far of a solve that has a time limit
   Evaluation best_evaluation_;
   double transcribe_ms_ = 0.0;
   double feedback_ms_ = Evaluation::kNaN;
