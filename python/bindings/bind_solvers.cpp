@@ -337,8 +337,13 @@ void bind_solvers(nb::module_& m) {
           "__init__",
           [](Sqp* self, std::shared_ptr<LoweredProblem> problem, int horizon,
              const SqpSettings& settings, nb::object exact_library) {
-            new (self)
-                Sqp(std::move(problem), horizon, settings, exact_source(std::move(exact_library)));
+            try {
+              new (self) Sqp(std::move(problem), horizon, settings,
+                             exact_source(std::move(exact_library)));
+            } catch (const std::invalid_argument&) {
+              if (PyErr_Occurred()) throw nb::python_error();  // why there is no such library
+              throw;
+            }
           },
           "problem"_a, "horizon"_a, "settings"_a, "exact_library"_a = nb::none())
       .def("set_policy", &Sqp::set_policy, "family"_a, "policy"_a)

@@ -300,6 +300,26 @@ def test_damaged_folders_are_refused_in_words(damage, tmp_path):
         pq.load(tmp_path / "folder")
 
 
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.8])
+def test_a_library_that_is_cut_off_is_not_loaded(part, tmp_path, monkeypatch, caplog):
+    monkeypatch.setenv("PALANQUIN_CACHE", str(tmp_path / "cache"))
+    lowered = lander().lower()
+    library = lowered.save(tmp_path / "lander") / "sqp.so"
+    whole = library.read_bytes()
+    library.write_bytes(whole[: int(part * len(whole))])
+    loaded = pq.load(tmp_path / "lander")
+    assert "cut off; compiling its code" in caplog.text
+    assert solve(loaded).cost == solve(lowered).cost
+
+
+def test_exact_hessians_that_cannot_be_compiled_say_why(tmp_path, monkeypatch):
+    monkeypatch.setenv("PALANQUIN_CACHE", str(tmp_path / "cache"))
+    folder = lander().lower().save(tmp_path / "lander")
+    (folder / "exact.c").write_text("int half(")
+    with pytest.raises(pq.LoweringError, match="half"):
+        pq.Sqp(pq.load(folder), hessian="exact")
+
+
 def test_policies_and_defaults_may_be_edited_in_the_manifest(tmp_path):
     folder = lander().lower().save(tmp_path / "folder")
     edit(folder, "policy floor hard 0.0 0.0", "policy floor squared_hinge 50.0 0.0")
