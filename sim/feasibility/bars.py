@@ -8,6 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from palanquin.problems.gaits import Gait
+from palanquin.problems.planning import Velocity
 from palanquin.sim.feasibility.finding import Finding
 from palanquin.sim.scenarios.bar_ground import BEHIND, LENGTH, WIDTH
 from palanquin.sim.scenarios.bars import BarScenario, start_pose
@@ -25,7 +27,7 @@ _EXTENT = (-BEHIND, LENGTH - BEHIND), (-WIDTH / 2, WIDTH / 2)
 
 def findings(scenario: BarScenario) -> list[Finding]:
     """What is impossible about a run that is told its scenario's commands."""
-    return list(ground_to_walk_on(scenario))
+    return [*ground_to_walk_on(scenario), *gaits_to_walk_with(scenario)]
 
 
 def ground_to_walk_on(scenario: BarScenario) -> Iterator[Finding]:
@@ -46,6 +48,24 @@ def ground_to_walk_on(scenario: BarScenario) -> Iterator[Finding]:
                 f"{_STEP * at:.1f} s, at ({x[at]:.2f}, {y[at]:.2f}) m: the ground is from "
                 f"{west:g} to {east:g} m along x and from {south:g} to {north:g} m along y",
             )
+
+
+def gaits_to_walk_with(scenario: BarScenario) -> Iterator[Finding]:
+    """Who is told a velocity has a gait whose feet move, all the way."""
+    told: list[tuple[tuple[str | int, ...], Gait, tuple[str, ...]]] = [
+        (("gait",), scenario.gait.gait, ()),
+        *(
+            (("gait_changes", i), change.gait.gait, change.robots)
+            for i, change in enumerate(scenario.gait_changes)
+        ),
+    ]
+    for robot, command in zip(scenario.names, scenario.commands, strict=True):
+        for where, gait, robots in told:
+            if command != Velocity() and min(gait.duty) >= 1 and robot in (robots or (robot,)):
+                yield Finding(
+                    where,
+                    f"{robot} is told to walk with the gait '{gait.name}', whose feet never move",
+                )
 
 
 def commanded_routes(scenario: BarScenario) -> NDArray[np.float64]:

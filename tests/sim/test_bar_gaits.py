@@ -8,6 +8,7 @@ import pytest
 from palanquin.problems import gaits
 from palanquin.problems.planning import Velocity
 from palanquin.sim.errors import InputError
+from palanquin.sim.feasibility import findings
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import BarScenario
@@ -61,6 +62,26 @@ def test_bad_changes_are_refused():
         plant.change_gait(0, gaits.stand(), float("nan"))
     with pytest.raises(InputError, match="gait_changes: 'nobody' is not one of left, right"):
         BarScenario(gait_changes=(change(0.0, robots=("nobody",)),))
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"gait": GaitChoice(name="stand")}, [("gait",)] * 2),
+        ({"gait_changes": (change(1.0), change(2.0, GaitChoice(name="stand")))},
+         [("gait_changes", 1)] * 2),
+        ({"gait_changes": (change(1.0, GaitChoice(name="stand"), robots=("left",)),)},
+         [("gait_changes", 0)]),
+        ({"gait_changes": (change(1.0, GaitChoice(name="stand"), robots=("left",)),),
+          "velocities": (Velocity(), Velocity(0.1))}, []),
+        ({"gait": GaitChoice(name="stand"), "velocity": Velocity()}, []),
+    ],
+)  # fmt: skip
+def test_who_stands_is_told_no_velocity(changes, where):
+    found = findings(BarScenario(**changes))
+    assert [finding.path for finding in found] == where
+    assert all(finding.is_error for finding in found)
+    assert all("whose feet never move" in finding.message for finding in found)
 
 
 def test_orders_come_once_at_the_first_tick_from_their_time_on():

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from palanquin.problems import gaits
 from palanquin.problems.modules.wrench_cone import WrenchCone
 from palanquin.problems.planning import Velocity
 from palanquin.sim.runs.hands_physics import held_scene
@@ -256,6 +257,26 @@ def test_a_field_reaches_the_run_on_bars(name, plain_bars):
 def test_a_field_reaches_the_reduced_run(name, plain_bars):
     scenario = BAR.changed(tracking="reduced", **BARS[name])
     assert essence_of_bars(scenario) != plain_bars["reduced"]
+
+
+def test_the_friction_reaches_the_controllers():
+    """Who count on less keep to narrower pyramids, whatever plans for them."""
+    pushed = []
+    for friction in (0.6, 0.02):
+        scenario = BAR.changed(friction=friction, forces=("push:0,30,0@0,1",))
+        loop = loop_of(scenario, BAR.build_planner())
+        *_, last = islice(loop.ticks(), 10)
+        forces = last.values["foot_force"]
+        pushed.append(np.abs(forces[..., :2]).sum() / forces[..., 2].sum())
+    assert pushed[1] < 0.05 < pushed[0] / 2
+
+
+def test_the_gait_and_its_start_reach_the_controllers():
+    plant = loop_of(BAR.changed(gait=GaitChoice(name="crawl"))).plant
+    times = np.linspace(0, 3, 200)
+    wanted = gaits.crawl().stands((times - 0.5) / 1.2)
+    wanted[times < 0.5 - 1e-6] = True
+    np.testing.assert_array_equal(plant.contacts(times), wanted[:, None].repeat(2, axis=1))
 
 
 def test_the_restricted_axes_reach_the_reduced_plant():
