@@ -8,11 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.problems.gaits import Gait
 from palanquin.problems.planning import Velocity
 from palanquin.sim.feasibility.finding import Finding
 from palanquin.sim.scenarios.bar_ground import BEHIND, LENGTH, WIDTH
-from palanquin.sim.scenarios.bars import BarScenario, start_pose
+from palanquin.sim.scenarios.bars import STANDING_TIME, BarScenario, start_pose
 from palanquin.sim.scenes.bar_scene import places
 
 _STEP = 0.05
@@ -51,20 +50,19 @@ def ground_to_walk_on(scenario: BarScenario) -> Iterator[Finding]:
 
 
 def gaits_to_walk_with(scenario: BarScenario) -> Iterator[Finding]:
-    """Who is told a velocity has a gait whose feet move, all the way."""
-    told: list[tuple[tuple[str | int, ...], Gait, tuple[str, ...]]] = [
-        (("gait",), scenario.gait.gait, ()),
-        *(
-            (("gait_changes", i), change.gait.gait, change.robots)
-            for i, change in enumerate(scenario.gait_changes)
-        ),
-    ]
-    for robot, command in zip(scenario.names, scenario.commands, strict=True):
-        for where, gait, robots in told:
-            if command != Velocity() and min(gait.duty) >= 1 and robot in (robots or (robot,)):
+    """Who is told a velocity has a gait whose feet move."""
+    settled = STANDING_TIME + scenario.ramp
+    changes = [change.time for change in scenario.velocity_changes]
+    changes += [change.time for change in scenario.gait_changes]
+    times = sorted({settled, *(max(time, settled) for time in changes)})
+    for robot, name in enumerate(scenario.names):
+        for time in (time for time in times if time < scenario.duration):
+            gait = scenario.gait_of(robot, time)
+            if scenario.command(robot, time) != Velocity() and min(gait.duty) >= 1:
                 yield Finding(
-                    where,
-                    f"{robot} is told to walk with the gait '{gait.name}', whose feet never move",
+                    ("velocity",),
+                    f"{name} is told to walk at {time:g} s with the gait '{gait.name}', whose feet "
+                    "never move",
                 )
 
 

@@ -12,16 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from palanquin.problems.gaits import Gait
 from palanquin.problems.layered.planner import Planner
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
 from palanquin.problems.planning import Velocity
-from palanquin.schema import Path, StrictData, unknown_keys
+from palanquin.schema import Path, Strict, StrictData, unknown_keys
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.bar_forces import Force, Rope
 from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_planners import PHYSICS, build_planner
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bar_texts import parse_force
+from palanquin.sim.scenarios.command import VelocityChange
 from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
 from palanquin.sim.scenarios.limits import TIMESTEP, require_number, require_seed
 from palanquin.sim.scenarios.script import Orders
@@ -66,6 +68,9 @@ class BarScenario(StrictData):
     ramp: Annotated[float, Field(description="in which velocities grow to their full value, s")] = (
         1.0
     )
+    velocity_changes: Annotated[
+        tuple[VelocityChange, ...], Field(description="on the way, at once and in order")
+    ] = ()
     gait: Annotated[GaitChoice, Field(description="of all robots from the start")] = GAIT
     gait_changes: Annotated[tuple[GaitChange, ...], Field(description="on the way")] = ()
     forces: Annotated[
@@ -101,15 +106,19 @@ class BarScenario(StrictData):
             if getattr(self, name) not in known:
                 shown = f"{getattr(self, name)!r} is not one of {', '.join(known)}"
                 raise InputError(f"{name}: {shown}")
-        for change in self.gait_changes:
-            if unknown := set(change.robots) - set(self.names):
-                names = ", ".join(self.names)
-                raise InputError(f"gait_changes: {min(unknown)!r} is not one of {names}")
+        for name in ("gait_changes", "velocity_changes"):
+            for change in getattr(self, name):
+                if unknown := set(change.robots) - set(self.names):
+                    names = ", ".join(self.names)
+                    raise InputError(f"{name}: {min(unknown)!r} is not one of {names}")
+        times = [change.time for change in self.velocity_changes]
+        if times != sorted(times):
+            raise InputError(f"velocity_changes: are at {times} s; they must be in order")
         if self.velocities and len(self.velocities) != self.team.robots:
             raise InputError(
                 f"velocities: {len(self.velocities)} for {self.team.robots} robots; one each"
             )
-        for command in self.commands:
+        for command in (*self.commands, *(change.velocity for change in self.velocity_changes)):
             if math.hypot(command.vx, command.vy) > 1.5 or abs(command.wz) > 1.5:
                 raise InputError(f"velocity: {command} is over 1.5 m/s or 1.5 rad/s")
         require_number("duration", self.duration, TIMESTEP, LONGEST, "s")
@@ -184,8 +193,21 @@ class BarScenario(StrictData):
         due = tuple(c for c in self.gait_changes if 0 <= time + 1e-9 - c.time < period)
         return Orders(tuple(self.command(i, time) for i in range(self.team.robots)), due)
 
+    def gait_of(self, robot: int, time: float) -> Gait:
+        """The gait that a robot was last told at `time`, s."""
+        told = [self.gait]
+        for change in sorted(self.gait_changes, key=lambda change: change.time):
+            if change.time <= time and self.names[robot] in (change.robots or self.names):
+                told.append(change.gait)
+        return told[-1].gait
+
     def command(self, robot: int, time: float) -> Velocity:
-        """Of `robot` at `time` (s): nothing while it stands, then growing to the full command."""
+        """Of `robot` at `time` (s): nothing while it stands, then growing to the full command, and
+        from a change on that.
+        """
+        for change in reversed(self.velocity_changes):
+            if change.time <= time + 1e-9 and self.names[robot] in (change.robots or self.names):
+                return change.velocity
         full = self.commands[robot]
         since = time - STANDING_TIME
         share = min(1.0, max(0.0, since / self.ramp)) if self.ramp else float(since >= 0)
@@ -205,7 +227,7 @@ def parsed(force: str | Force | Rope, robots: int) -> tuple[Force | Rope, ...]:
 
 def _json_of(value: Any) -> Any:
     """With null for numbers that JSON has none of: a force's infinite period."""
-    if isinstance(value, GaitChoice | GaitChange):
+    if isinstance(value, Strict):
         return value.model_dump(mode="json")
     if isinstance(value, dict):
         return {key: _json_of(entry) for key, entry in value.items()}

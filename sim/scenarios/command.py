@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from palanquin.problems.planning import Velocity
 from palanquin.schema import Finite, NonNegative, Positive, Strict
+from palanquin.sim.scenarios.vectors import Name
 
 # An instant that rounding has put just before a step counts as the step's, s.
 _LATE = 1e-9
@@ -36,6 +37,19 @@ class VelocityStep(Strict):
     vx: Finite = Field(0.0, description="forward, m/s")
     vy: Finite = Field(0.0, description="to the left, m/s")
     wz: Finite = Field(0.0, description="yaw rate, rad/s")
+
+
+class VelocityChange(VelocityStep):
+    """Another velocity of robots on bars from a time on, each in its own heading."""
+
+    robots: Annotated[tuple[Name, ...], Field(strict=False)] = Field(
+        (), description="who changes; everybody unless told"
+    )
+
+    @property
+    def velocity(self) -> Velocity:
+        """As robots are told it."""
+        return Velocity(self.vx, self.vy, self.wz)
 
 
 class VelocityCommand(Strict):

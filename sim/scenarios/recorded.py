@@ -6,6 +6,7 @@
     {"time": 3.0, "push": {"body": "left", "force": [0, 164, 0], "duration": 0.3}}
     {"end": 12.5}
 
+Of robots on bars a velocity that not all of them have says whose it is, `"robots": ["left"]`.
 The last line tells a complete file from one that was cut off.
 """
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Annotated, Any, Literal, Self, TextIO, TypeVar
@@ -23,7 +25,9 @@ from pydantic import Field, ValidationError, model_validator
 from palanquin.problems.planning import Velocity
 from palanquin.schema import Finite, NonNegative, Positive, Strict, dotted, faults
 from palanquin.sim.errors import InputError
-from palanquin.sim.scenarios.gait import GaitChoice
+from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.command import VelocityChange
+from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.script import Director, Orders
 from palanquin.sim.scenarios.vectors import Name, Vector
@@ -47,6 +51,7 @@ class _Velocity(Strict):
     vx: Finite
     vy: Finite
     wz: Finite
+    robots: Annotated[tuple[Name, ...], Field(strict=False)] = ()
 
 
 class _Gait(Strict):
@@ -83,12 +88,17 @@ class CommandRecorder:
     """Directs a run as another director does, and writes down what that one orders.
 
     Use as a context: the end of the file is written when it closes, whatever happened.
+
+    Args:
+        director: whose orders they are.
+        path: of the file.
+        robots: names of those that have velocities of their own; none of a payload in hands.
     """
 
-    def __init__(self, director: Director, path: Path) -> None:
+    def __init__(self, director: Director, path: Path, robots: tuple[str, ...] = ()) -> None:
         self._director = director
-        self._path = path
-        self._last = Orders((Velocity(),))
+        self._path, self._robots = path, robots
+        self._last = Orders((Velocity(),) * max(len(robots), 1))
         self._end = 0.0
 
     def __enter__(self) -> Self:
@@ -111,7 +121,7 @@ class CommandRecorder:
         orders = self._director.at(time, pose, period)
         if orders is None:
             return None
-        for event in _events(orders, self._last):
+        for event in _events(orders, self._last, self._robots):
             self._write({"time": time, **event})
         self._last, self._end = orders, time + period
         return orders
@@ -121,16 +131,40 @@ class CommandRecorder:
         self._file.flush()
 
 
-def _events(orders: Orders, last: Orders) -> Iterator[dict[str, Any]]:
+def _events(orders: Orders, last: Orders, robots: tuple[str, ...]) -> Iterator[dict[str, Any]]:
     """What is new in `orders`."""
-    if orders.velocity != last.velocity:
-        velocity = orders.velocity
-        yield {"velocity": {"vx": velocity.vx, "vy": velocity.vy, "wz": velocity.wz}}
+    changed = [i for i in range(max(len(robots), 1)) if orders.of(i) != last.of(i)]
+    velocities = {orders.of(i) for i in changed}
+    if len(velocities) == 1 and len(changed) == max(len(robots), 1):
+        yield {"velocity": asdict(*velocities)}
+    else:
+        for i in changed:
+            yield {"velocity": {**asdict(orders.of(i)), "robots": [robots[i]]}}
     for change in orders.gait_changes:
         yield {"gait": change.model_dump(mode="json", exclude={"time"}, exclude_none=True)}
     for push in orders.pushes:
         if push not in last.pushes:
             yield {"push": push.model_dump(mode="json", exclude={"start", "known"})}
+
+
+def replayed_on_bars(scenario: BarScenario, path: Path) -> BarScenario:
+    """The same of robots on bars, who are not pushed by hand; raises as `replayed`."""
+    events, end = _read(path)
+    try:
+        if any(event.push for event in events):
+            raise InputError("push: robots on bars are not pushed by hand")
+        return scenario.changed(
+            velocity=Velocity(),
+            velocities=(),
+            velocity_changes=tuple(
+                VelocityChange(time=e.time, **dict(e.velocity)) for e in events if e.velocity
+            ),
+            gait_changes=tuple(GaitChange(time=e.time, **dict(e.gait)) for e in events if e.gait),
+            duration=end,
+            distance=None,
+        )
+    except InputError as error:
+        raise CommandFileError(f"{path}: not for scenario '{scenario.name}': {error}") from error
 
 
 def replayed(scenario: Scenario, path: Path) -> Scenario:
@@ -139,10 +173,13 @@ def replayed(scenario: Scenario, path: Path) -> Scenario:
     Raises CommandFileError that names the line of a fault, or says that the file was cut off.
     """
     events, end = _read(path)
-    steps = [{"time": e.time, **dict(e.velocity)} for e in events if e.velocity]
+    velocities = [(e.time, e.velocity) for e in events if e.velocity]
+    steps = [{"time": time, "vx": v.vx, "vy": v.vy, "wz": v.wz} for time, v in velocities]
     changes = [{"time": e.time, **dict(e.gait)} for e in events if e.gait]
     pushes = [{"start": e.time, **dict(e.push)} for e in events if e.push]
     try:
+        if any(velocity.robots for _, velocity in velocities):
+            raise InputError("velocity: a payload in hands has one for all")
         return scenario.changed(
             command={"type": "velocity", "steps": steps or [{}]},
             gait_changes=changes,

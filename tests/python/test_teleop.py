@@ -112,7 +112,8 @@ def test_recorded_commands_need_no_terminal(tmp_path):
 
 
 def test_robots_on_bars_are_driven_one_by_one(tmp_path):
-    terminal = Terminal("bar", "--headless", "--rrd", tmp_path / "live.rrd")
+    live, told = tmp_path / "live.rrd", tmp_path / "commands.jsonl"
+    terminal = Terminal("bar", "--headless", "--rrd", live, "--record", told)
     terminal.read_until("whom to drive")
     terminal.press(b"\t")
     terminal.read_until("trot, left")
@@ -121,14 +122,20 @@ def test_robots_on_bars_are_driven_one_by_one(tmp_path):
     terminal.press(b"q")
     terminal.read_until(" fallbacks")
     assert terminal.wait() == 0
-    assert (tmp_path / "live.rrd").stat().st_size > 10_000
+    assert live.stat().st_size > 10_000
+    lines = [json.loads(line) for line in told.read_text().splitlines()]
+    assert lines[1]["velocity"] == {"vx": 0.05, "vy": 0.0, "wz": 0.0, "robots": ["left"]}
+    arguments = ["demo", "bar", "--commands", told, "--headless", "--no-video", "--out", tmp_path]
+    result = CliRunner().invoke(app, [*map(str, arguments)])
+    assert result.exit_code == 0, result.output
+    figures = json.loads((tmp_path / "bar" / "bar.json").read_text())
+    assert figures["duration_s"] == pytest.approx(lines[-1]["end"], abs=0.006)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["bar", "--record", "commands.jsonl"], "commands to robots on bars cannot be replayed"),
-        (["bar", "--commands", "x.jsonl"], "--commands: robots on bars have no such setting"),
+        (["bar", "--commands", "x.jsonl"], "x.jsonl: No such file"),
         (["fly"], "scenario: 'fly' is not known"),
         (["trot"], "standard input is none; `--commands FILE` needs no keys"),
         (["trot", "--commands", "none.jsonl"], "none.jsonl: No such file"),

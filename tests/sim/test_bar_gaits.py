@@ -12,6 +12,7 @@ from palanquin.sim.feasibility import findings
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import BarScenario
+from palanquin.sim.scenarios.command import VelocityChange
 from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
 
 SLOW = GaitChoice(name="trot", period=0.5, duty=0.6)
@@ -64,24 +65,65 @@ def test_bad_changes_are_refused():
         BarScenario(gait_changes=(change(0.0, robots=("nobody",)),))
 
 
+STAND = GaitChoice(name="stand")
+LEFT_STANDS = change(1.0, STAND, robots=("left",))
+
+
+def told(time, vx, *robots):
+    return VelocityChange(time=time, vx=vx, robots=robots)
+
+
 @pytest.mark.parametrize(
-    ("changes", "where"),
+    ("changes", "found"),
     [
-        ({"gait": GaitChoice(name="stand")}, [("gait",)] * 2),
-        ({"gait_changes": (change(1.0), change(2.0, GaitChoice(name="stand")))},
-         [("gait_changes", 1)] * 2),
-        ({"gait_changes": (change(1.0, GaitChoice(name="stand"), robots=("left",)),)},
-         [("gait_changes", 0)]),
-        ({"gait_changes": (change(1.0, GaitChoice(name="stand"), robots=("left",)),),
-          "velocities": (Velocity(), Velocity(0.1))}, []),
-        ({"gait": GaitChoice(name="stand"), "velocity": Velocity()}, []),
+        ({"gait": STAND}, {"left": "1.5", "right": "1.5"}),
+        ({"gait_changes": (change(1.0), change(2.0, STAND))}, {"left": "2", "right": "2"}),
+        ({"gait_changes": (LEFT_STANDS,)}, {"left": "1.5"}),
+        ({"gait_changes": (LEFT_STANDS,), "velocities": (Velocity(), Velocity(0.1))}, {}),
+        ({"gait_changes": (LEFT_STANDS,), "velocity_changes": (told(0.9, 0.0, "left"),)}, {}),
+        ({"gait": STAND, "velocity": Velocity()}, {}),
+        (
+            {"gait": STAND, "velocity": Velocity(), "velocity_changes": (told(3, 0.1, "right"),)},
+            {"right": "3"},
+        ),
     ],
-)  # fmt: skip
-def test_who_stands_is_told_no_velocity(changes, where):
-    found = findings(BarScenario(**changes))
-    assert [finding.path for finding in found] == where
-    assert all(finding.is_error for finding in found)
-    assert all("whose feet never move" in finding.message for finding in found)
+)
+def test_who_stands_is_told_no_velocity(changes, found):
+    messages = [finding.message for finding in findings(BarScenario(**changes))]
+    assert messages == [
+        f"{name} is told to walk at {time} s with the gait 'stand', whose feet never move"
+        for name, time in found.items()
+    ]
+
+
+def test_velocities_change_at_once_for_whom_they_are_told():
+    scenario = BarScenario(
+        velocity=Velocity(0.3), velocity_changes=(told(2.0, 0.1, "left"), told(3.0, 0.0))
+    )
+    left, right = ([scenario.command(r, t).vx for t in (1.9, 2.0, 3.0, 9.0)] for r in (0, 1))
+    assert left == [0.3, 0.1, 0.0, 0.0]
+    assert right == [0.3, 0.3, 0.0, 0.0]
+    with pytest.raises(InputError, match=r"velocity_changes: are at \[2.0, 1.0\] s"):
+        BarScenario(velocity_changes=(told(2.0, 0.1), told(1.0, 0.1)))
+    with pytest.raises(InputError, match="velocity_changes: 'nobody' is not one of left, right"):
+        BarScenario(velocity_changes=(told(2.0, 0.1, "nobody"),))
+    with pytest.raises(InputError, match=r"over 1.5 m/s"):
+        BarScenario(velocity_changes=(told(2.0, 3.0),))
+
+
+def test_a_team_stops_stands_and_walks_on():
+    scenario = BarScenario(
+        velocity=Velocity(0.2), duration=4.0,
+        velocity_changes=(told(1.8, 0.0), told(3.0, 0.2)),
+        gait_changes=(change(2.2, STAND), change(2.9, GaitChoice(name="trot", period=0.4))),
+    )  # fmt: skip
+    assert findings(scenario) == []
+    record = run_scenario(scenario)
+    assert outcome(record)["completed"]
+    still = (record.time > 2.6) & (record.time < 2.89)
+    assert record.contact[still].all()
+    assert np.abs(record.bodies[still][..., 7]).max() < 0.05
+    assert record.bodies[-40:, :, 7].mean() > 0.1
 
 
 def test_orders_come_once_at_the_first_tick_from_their_time_on():

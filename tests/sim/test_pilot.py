@@ -7,11 +7,17 @@ from palanquin.problems.planning import Velocity
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import BarScenario, open_scenario
 from palanquin.sim.scenarios.pilot import GAITS, Pilot
-from palanquin.sim.scenarios.recorded import CommandFileError, CommandRecorder, replayed
+from palanquin.sim.scenarios.recorded import (
+    CommandFileError,
+    CommandRecorder,
+    replayed,
+    replayed_on_bars,
+)
 
 TROT = open_scenario("trot")
 PERIOD = TROT.planner.period
 POSE = np.zeros(3)
+HEADER, END = '{"palanquin": "commands", "version": 1}', '{"end": 2.0}'
 
 
 @pytest.fixture
@@ -134,6 +140,50 @@ def test_a_replayed_session_is_the_same_to_the_last_bit(session):
     assert np.ptp(rollout.x[:, 0]) > 0.02
 
 
+def test_a_session_on_bars_is_replayed_to_the_last_bit(tmp_path):
+    path, scenario = tmp_path / "commands.jsonl", BarScenario(tracking="reduced")
+    presses = {10: ["up"], 30: ["tab", "up", "left"], 60: ["2"], 80: ["space"]}
+    pilot, bodies = Pilot.of(scenario), []
+    with CommandRecorder(pilot, path, scenario.names) as director:
+        for n, tick in enumerate(loop_of(scenario, director=director).ticks()):
+            bodies.append(tick.seen.bodies)
+            press(pilot, *presses.get(n, []))
+            if n == 99:
+                break
+    again = replayed_on_bars(scenario, path)
+    assert [c.robots for c in again.velocity_changes] == [(), ("left",), ("left",)]
+    assert [c.gait.name for c in again.gait_changes] == ["trot"]
+    record = run_scenario(again)
+    np.testing.assert_array_equal(record.bodies, bodies)
+    assert np.ptp(record.bodies[:, :, 0], axis=0).min() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ('{"time": 1, "push": {"body": "left", "force": [1, 0, 0], "duration": 1}}', "not pushed"),
+        ('{"time": 1, "velocity": {"vx": 9, "vy": 0, "wz": 0}}', "over 1.5 m/s"),
+        (
+            '{"time": 1, "velocity": {"vx": 0, "vy": 0, "wz": 0, "robots": ["me"]}}',
+            "'me' is not one of left, right",
+        ),
+    ],
+)
+def test_commands_that_bars_cannot_take_are_refused(tmp_path, line, message):
+    path = tmp_path / "commands.jsonl"
+    path.write_text("\n".join([HEADER, line, END]) + "\n")
+    with pytest.raises(CommandFileError, match=message):
+        replayed_on_bars(BarScenario(), path)
+
+
+def test_a_velocity_of_one_robot_is_not_for_hands(tmp_path):
+    path = tmp_path / "commands.jsonl"
+    line = '{"time": 1, "velocity": {"vx": 0, "vy": 0, "wz": 0, "robots": ["left"]}}'
+    path.write_text("\n".join([HEADER, line, END]) + "\n")
+    with pytest.raises(CommandFileError, match="a payload in hands has one for all"):
+        replayed(TROT, path)
+
+
 def test_a_file_cut_anywhere_is_refused(session, tmp_path):
     whole = session[1].read_bytes()
     path = tmp_path / "cut.jsonl"
@@ -145,9 +195,6 @@ def test_a_file_cut_anywhere_is_refused(session, tmp_path):
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(CommandFileError, match=r"cut.jsonl:\d+: the file is cut off: its last"):
         replayed(TROT, path)
-
-
-HEADER, END = '{"palanquin": "commands", "version": 1}', '{"end": 2.0}'
 
 
 @pytest.mark.parametrize(

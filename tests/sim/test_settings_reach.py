@@ -17,6 +17,7 @@ from palanquin.sim.scenarios.bar_ground import Ground
 from palanquin.sim.scenarios.bar_planners import KINDS
 from palanquin.sim.scenarios.bar_team import BarTeam
 from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.command import VelocityChange
 from palanquin.sim.scenarios.gait import GaitChange, GaitChoice
 from palanquin.sim.scenarios.physical import physical
 from palanquin.sim.scenarios.route import payload_route
@@ -195,6 +196,7 @@ BARS = {
     "velocity": {"velocity": Velocity(0.2)},
     "velocities": {"velocities": (Velocity(0.5), Velocity(0.4))},
     "ramp": {"ramp": 0.2},
+    "velocity_changes": {"velocity_changes": (VelocityChange(time=0.8, vx=0.1),)},
     "gait": {"gait": GaitChoice(name="pace", period=0.4)},
     "gait_changes": {
         "gait_changes": (GaitChange(time=0.0, gait=GaitChoice(name="trot"), robots=("left",)),)

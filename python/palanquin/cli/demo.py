@@ -77,8 +77,9 @@ def bar(
     planner: BarPlanner = None, robots: BarRobots = None, payload: Load = None,
     terrain: GroundText = None, friction: Friction = None, step: Step = None,
     softness: Softness = None, force: Forces = None, restrict: Restrict = None,
-    velocity: BarVelocity = None, keys: Keys = False, noise: Noise = None, delay: Delay = None,
-    duration: Duration = None, seed: BarSeed = None, tracking: HowTracked = None,
+    velocity: BarVelocity = None, commands: Commands = None, keys: Keys = False,
+    noise: Noise = None, delay: Delay = None, duration: Duration = None, seed: BarSeed = None,
+    tracking: HowTracked = None,
     headless: Headless = None, out_folder: OutFolder = Path("out"), json_file: JsonFile = None,
     rrd: Rrd = None, video: Video = True,
 ) -> None:  # fmt: skip
@@ -99,6 +100,6 @@ def bar(
             open_any("bar"), planner=planner, robots=robots, payload=payload, terrain=terrain,
             friction=friction, step=step, softness=softness, forces=force, restrict=restrict,
             velocity=velocity, noise=noise, delay=delay, duration=duration, seed=seed,
-            tracking=tracking,
+            tracking=tracking, commands=commands,
         )  # fmt: skip
         walk(scenario, Places(out_folder, rrd, json_file, video), headless, keys)

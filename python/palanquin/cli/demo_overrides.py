@@ -10,10 +10,10 @@ from typing import Any
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario, bar_texts, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
-from palanquin.sim.scenarios.recorded import replayed
+from palanquin.sim.scenarios.recorded import replayed, replayed_on_bars
 from palanquin.sim.scenarios.sensors import Sensors
 
-_FOR_BOTH = {"robots", "velocity", "duration", "seed", "tracking"}
+_FOR_BOTH = {"commands", "robots", "velocity", "duration", "seed", "tracking"}
 
 
 def overridden(scenario: AnyScenario, **options: Any) -> AnyScenario:
@@ -61,11 +61,13 @@ def bars_overridden(
     restrict: str | None = None, terrain: str | None = None, velocity: str | None = None,
     noise: float | None = None, delay: float | None = None, friction: float | None = None,
     step: float | None = None, softness: float | None = None, seed: int | None = None,
-    **fields: Any,
+    commands: Path | None = None, **fields: Any,
 ) -> BarScenario:  # fmt: skip
     """The scenario of robots on bars with the options that were given; raises as `overridden`."""
     if not isinstance(scenario, BarScenario):
         raise InputError(f"carry: '{scenario.name}' is carried by hands, not on bars")
+    if commands is not None:
+        scenario = replayed_on_bars(scenario, commands)
     team, ground = _given(robots=robots), _given(friction=friction, step=step, softness=softness)
     if payload is not None:
         team["payload"], team["payload_at"] = bar_texts.parse_payload(payload)

@@ -61,7 +61,7 @@ def teleop(
     Arrows change speed and turn, a and d go sideways, space stops, 1 to 6 choose the gait, tab
     chooses a body, p and o push it, q quits; robots on bars are driven all at once or one by one,
     and not pushed. What the scenario itself commands is left aside. `palanquin demo NAME --commands
-    FILE` makes a video of a recorded session with a payload in hands.
+    FILE` makes a video of a recorded session.
 
     Exit status: 0 done, 1 the plan diverged or a robot fell, 2 bad input.
     """
@@ -103,17 +103,13 @@ def _directing(
     from palanquin.sim.scenarios import BarScenario
     from palanquin.sim.scenarios.recorded import CommandRecorder
 
-    director: Director
-    if isinstance(scenario, BarScenario):
-        if record is not None:
-            raise ValueError("--record: commands to robots on bars cannot be replayed")
-        director = pilot or scenario
-    else:
-        director = pilot or scenario.script()
+    director: Director = scenario if isinstance(scenario, BarScenario) else scenario.script()
+    director = pilot or director
     if record is None:
         yield director
         return
-    with CommandRecorder(director, record) as recorder:
+    robots = scenario.names if isinstance(scenario, BarScenario) else ()
+    with CommandRecorder(director, record, robots) as recorder:
         yield recorder
 
 
