@@ -21,6 +21,7 @@ from palanquin.problems.clm.references import (
 from palanquin.problems.clm.team_plan import TeamPlan
 from palanquin.problems.planning import Measurement
 from palanquin.problems.robots import quadruped
+from palanquin.sim.runs.simulated import SimulatedRobots
 from palanquin.sim.scenarios.disturbance import mean_wrenches
 from palanquin.sim.scenarios.limits import timesteps
 from palanquin.sim.scenarios.route import payload_route
@@ -39,7 +40,7 @@ _ROLL = JOINTS.index("arm_roll")
 _NO_FORCE = 1e-6
 
 
-class HandsPlant:
+class HandsPlant(SimulatedRobots):
     """A team in MuJoCo, hands welded to the payload, each robot with its whole-body controller.
 
     Args:
@@ -49,47 +50,29 @@ class HandsPlant:
     """
 
     def __init__(self, scenario: Scenario, planner: Planner) -> None:
-        self._steps = timesteps("a period of planner.rate", scenario.planner.period, at_least=1)
+        steps = timesteps("a period of planner.rate", scenario.planner.period, at_least=1)
         self._planner, self._team = planner, planner.team
         self.scene = held_scene(scenario)
-        self.data = mujoco.MjData(self.scene.model)
-        self.data.qpos[:] = self.scene.start
+        data = mujoco.MjData(self.scene.model)
+        data.qpos[:] = self.scene.start
         self._radii = [quadruped(robot.kind).foot_radius for robot in self.scene.team.robots]
         self._bodies = [
             self.scene.model.body(name).id
             for name in ("payload", *(f"{robot}/trunk" for robot in self._team.robots))
         ]
-        self._payload = self.data.joint("payload")
+        self._payload = data.joint("payload")
         names = [[f"{robot}/{joint}" for joint in JOINTS] for robot in self._team.robots]
         self._motors = np.array([[self.scene.model.actuator(n).id for n in row] for row in names])
-        self.simulation = _simulation(self.scene, self.data, scenario, planner)
-        self._robots = range(len(self._team.robots))
-        self._targets: list[_sim.RobotTarget] = []
-        self._qpos = self.data.qpos.copy()
+        simulation = _simulation(self.scene, data, scenario, planner)
+        super().__init__(simulation, data, steps, len(self._team.robots))
         self._wrenches = np.zeros((len(self._team.bodies), 6))
-
-    @property
-    def time(self) -> float:
-        """Now, s."""
-        return self.simulation.time
-
-    @property
-    def fall(self) -> str:
-        """What fell and how; empty if nothing did."""
-        return self.simulation.fall
 
     def measure(self) -> Measurement:
         """Centres of mass, trunks and feet as the controllers know them, and the payload."""
-        seen = [self.simulation.observe(i) for i in self._robots]
+        seen = self.measured()
         payload = np.concatenate([self._payload.qpos, self._payload.qvel])
-        robots = [np.concatenate([o.position, o.orientation, o.velocity, o.rate]) for o in seen]
-        return Measurement(
-            self.time,
-            bodies=np.array([payload, *robots]),
-            feet=np.array([self._on_ground(i, o.feet) for i, o in enumerate(seen)]),
-            footholds=np.array([o.footholds for o in seen]),
-            ground=np.array([o.ground for o in seen]),
-        )
+        feet = np.array([self._on_ground(i, feet) for i, feet in enumerate(seen.feet)])
+        return replace(seen, bodies=np.vstack([payload, seen.bodies]), feet=feet)
 
     def _on_ground(self, robot: int, feet: Array) -> Array:
         """Contact points [4, 3] of feet that were taken to stand on level ground."""
@@ -98,8 +81,8 @@ class HandsPlant:
 
     def apply(self, plan: TeamPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
-        self._targets = targets(self._planner, plan)
-        return replace(seen, footholds=np.array([t.footholds for t in self._targets]))
+        self.targets = targets(self._planner, plan)
+        return replace(seen, footholds=np.array([t.footholds for t in self.targets]))
 
     def advance(self, period: float, orders: Orders) -> None:
         """So many physics steps as a period has, pushed; gaits change with the planner's."""
@@ -111,8 +94,7 @@ class HandsPlant:
         times = np.array([self.time])
         self._wrenches = mean_wrenches(orders.pushes, self._team.bodies, times, period)[0]
         self._push()
-        self._qpos = self.data.qpos.copy()
-        self.simulation.run(self._steps, self._targets)
+        self.step()
 
     def _push(self) -> None:
         """At the bodies' centres of mass; MuJoCo takes forces at those of links."""
@@ -124,17 +106,11 @@ class HandsPlant:
             self.data.xfrc_applied[body] = np.concatenate([wrench[:3], torque])
 
     def values(self) -> dict[str, Array]:
-        """Forces, torques and virtual constraints at the last period's end, configuration at its
-        start, and the mean wrench of all pushes on each body.
+        """As of `SimulatedRobots`, torques at the last period's end, and the mean wrench of all
+        pushes on each body.
         """
-        simulation = self.simulation
-        return {
-            "foot_force": np.array([simulation.foot_forces(i) for i in self._robots]),
-            "output_error": np.array([simulation.output_errors(i) for i in self._robots]),
-            "torque_share": self._torque_share(),
-            "qpos": self._qpos,
-            "disturbance": self._wrenches,
-        }
+        shares = self._torque_share()
+        return {**super().values(), "torque_share": shares, "disturbance": self._wrenches}
 
     def _torque_share(self) -> Array:
         """Torques over their limits [R, 16], joints in the order of `JOINTS`."""
@@ -143,13 +119,8 @@ class HandsPlant:
     def extremes(self) -> dict[str, float]:
         """Of all physics steps so far."""
         worst = self.simulation.extremes
-        return {
-            "torque_fraction": worst.torque_fraction,
-            "contact_force_n": worst.contact_force,
-            "slip_m": worst.slip,
-            "control_ms_mean": worst.control_ms / max(worst.control_periods, 1),
-            "control_fallbacks": worst.fallbacks,
-        }
+        contacts = {"contact_force_n": worst.contact_force, "slip_m": worst.slip}
+        return {**super().extremes(), **contacts}
 
 
 def held_scene(scenario: Scenario) -> HeldScene:

@@ -1,4 +1,4 @@
-"""Full physics as the plant: C++ steps contacts, controllers and sensors at 1 kHz."""
+"""Full physics of robots on bars: C++ steps contacts, controllers and sensors at 1 kHz."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from palanquin.problems import quaternions
 from palanquin.problems.gaits import Gait
 from palanquin.problems.layered.bar_planner import BarPlan
 from palanquin.problems.planning import Measurement
+from palanquin.sim.runs.simulated import SimulatedRobots
 from palanquin.sim.scenarios.bars import STANDING_TIME, BarScenario, start_pose
 from palanquin.sim.scenarios.limits import timesteps
 from palanquin.sim.scenarios.script import Orders
@@ -20,7 +21,7 @@ from palanquin.sim.scenes.simulation import control_settings, make_simulation
 Array = NDArray[np.float64]
 
 
-class PhysicsPlant:
+class PhysicsPlant(SimulatedRobots):
     """Robots on bars in MuJoCo, each with its whole-body controller.
 
     Args:
@@ -29,43 +30,19 @@ class PhysicsPlant:
     """
 
     def __init__(self, scenario: BarScenario, period: float) -> None:
-        self._steps = timesteps("planner.dt", period, at_least=1)
-        self.scene = build_bar_scene(scenario.team, scenario.ground)
-        self.data = self.scene.data()
-        _shift(self.scene, self.data, scenario.seed)
-        self._robots = range(scenario.team.robots)
-        self._bars = [
-            int(self.scene.model.joint(f"bar{i + 1}").qposadr[0]) for i in self._robots[:-1]
-        ]
+        steps, robots = timesteps("planner.dt", period, at_least=1), scenario.team.robots
+        self.scene = scene = build_bar_scene(scenario.team, scenario.ground)
+        data = scene.data()
+        _shift(scene, data, scenario.seed)
+        self._bars = [int(scene.model.joint(f"bar{i + 1}").qposadr[0]) for i in range(robots - 1)]
         control = control_settings(scenario.assumed_friction, scenario.gait.gait, STANDING_TIME)
         sensors = scenario.sensors.settings(scenario.seed)
-        self.simulation = make_simulation(
-            self.scene, self.data, control, sensors, scenario.disturbances
-        )
-        self._targets: list[_sim.RobotTarget] = []
-        self._qpos = self.data.qpos.copy()
-
-    @property
-    def time(self) -> float:
-        """Now, s."""
-        return self.simulation.time
-
-    @property
-    def fall(self) -> str:
-        """What fell and how; empty if nothing did."""
-        return self.simulation.fall
+        simulation = make_simulation(scene, data, control, sensors, scenario.disturbances)
+        super().__init__(simulation, data, steps, robots)
 
     def measure(self) -> Measurement:
         """Through the sensors: noisy and late, if they are."""
-        seen = [self.simulation.observe(i) for i in self._robots]
-        parts = [(o.position, o.orientation, o.velocity, o.rate) for o in seen]
-        return Measurement(
-            self.time,
-            bodies=np.array([np.concatenate(part) for part in parts]),
-            feet=np.array([robot.feet for robot in seen]),
-            footholds=np.array([robot.footholds for robot in seen]),
-            ground=np.array([robot.ground for robot in seen]),
-        )
+        return self.measured()
 
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Which feet the controllers will have on the ground at `times` [n], s: [n, R, 4]."""
@@ -77,33 +54,23 @@ class PhysicsPlant:
 
     def apply(self, plan: BarPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
-        self._targets = targets(plan)
+        self.targets = targets(plan)
         return seen
 
     def advance(self, period: float, orders: Orders) -> None:
         """So many physics steps as a period has; forces from outside are the scenario's."""
-        self._qpos = self.data.qpos.copy()
-        self.simulation.run(self._steps, self._targets)
+        self.step()
 
     def values(self) -> dict[str, Array]:
-        """Forces and virtual constraints at the last period's end, configuration at its start."""
-        simulation, qpos = self.simulation, self._qpos
-        return {
-            "foot_force": np.array([simulation.foot_forces(i) for i in self._robots]),
-            "output_error": np.array([simulation.output_errors(i) for i in self._robots]),
-            "qpos": qpos,
-            "bars": np.array([qpos[address : address + 7] for address in self._bars]),
-        }
+        """As of `SimulatedRobots`, and the bars' poses at the last period's start."""
+        values = super().values()
+        bars = np.array([values["qpos"][address : address + 7] for address in self._bars])
+        return {**values, "bars": bars}
 
     def extremes(self) -> dict[str, float]:
         """Of all physics steps so far."""
         worst = self.simulation.extremes
-        return {
-            "bar_length_error_m": worst.bar_length_error,
-            "torque_fraction": worst.torque_fraction,
-            "control_ms_mean": worst.control_ms / max(worst.control_periods, 1),
-            "control_fallbacks": worst.fallbacks,
-        }
+        return {"bar_length_error_m": worst.bar_length_error, **super().extremes()}
 
 
 def targets(plan: BarPlan) -> list[_sim.RobotTarget]:
