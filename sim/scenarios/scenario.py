@@ -171,6 +171,8 @@ class Scenario(Strict):
     def build_planner(self, **options: Any) -> Planner:
         """A planner of the scenario; options are fields of `SqpSettings` that override its own."""
         settings, team = self.planner, self.team
+        margin = 2 * settings.ditch_margin
+        ditches = [(a, b, c, width + margin) for a, b, c, width in self._lines]
         problem = clm.build_clm(
             team,
             settings.horizon,
@@ -184,7 +186,7 @@ class Scenario(Strict):
             limits=settings.limits(),
         )
         planner = Planner(
-            problem, self.ground, self._lines, team=team, **{**settings.options(), **options}
+            problem, self.ground, ditches, team=team, **{**settings.options(), **options}
         )
         for family, penalty in settings.penalties.items():
             planner.set_policy(family, penalty.policy())

@@ -121,6 +121,7 @@ class _Settings(Strict):
     clearance: NonNegative = Field(
         0.03, description="that bodies keep from obstacles and from each other, m"
     )
+    ditch_margin: NonNegative = Field(0.0, description="that it keeps from the edges of ditches, m")
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(

@@ -1,14 +1,18 @@
 """A payload in hands in full physics: what is carried, by whom, within what limits."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
 from palanquin.sim.runs.hands_physics import footholds, held_scene
+from palanquin.sim.runs.physics_outcome import touchdowns
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import open_scenario
 from palanquin.sim.scenarios.physical import physical
+from palanquin.sim.scenarios.team import Ditch
 
 TROT = physical(open_scenario("trot"))
 STANDING = {"type": "velocity", "steps": [{"vx": 0.0}]}
@@ -126,3 +130,26 @@ def test_a_swinging_foot_is_told_where_the_plan_lands_it():
     knot = int(np.argmax(tick.plan.contacts[:, 0, ~stands][:, 0]))
     foot = int(np.flatnonzero(~stands)[0])
     np.testing.assert_array_equal(landing[foot], tick.plan.feet[knot, 0, foot])
+
+
+def test_no_foot_lands_in_a_ditch_however_often_is_planned():
+    lines = [{"a": 1, "b": 0.1, "c": -c, "d": 0.2} for c in (0.5, 0.95)]
+    ditches = {"type": "lines", "lines": lines}
+    record = run_scenario(TROT.changed(ditches=ditches, duration=3.5))
+    figures = outcome(record)
+    assert figures["completed"]
+    touched = figures["touchdowns"]
+    assert touched["count"] > 50
+    assert touched["in_ditches"] == 0
+
+
+def test_touchdowns_in_ditches_are_counted():
+    record = run_scenario(TROT.changed(duration=1.0))
+    assert outcome(record)["touchdowns"]["in_ditches"] == 0
+    feet = touchdowns(record)
+    ditch = Ditch(1.0, 0.0, -float(feet[0, 0]), 0.02)
+    record.team = replace(record.team, ditches=(ditch,))
+    counted = outcome(record)["touchdowns"]
+    assert counted["count"] == len(feet)
+    assert counted["in_ditches"] == (np.abs(feet[:, 0] - feet[0, 0]) < 0.01).sum()
+    assert counted["deepest_m"] == pytest.approx(0.01)

@@ -68,7 +68,7 @@ PLANNER = {
     "input_blocks": (3, lambda p: held(p)[:7], [0, 1, 1, 0, 1, 1, 0]),
     "friction": (0.55, parameter("terrain.friction"), [0.55]),
 }
-ELSEWHERE = {"rate", "weights", "hand_cone", "penalties", "clearance"}
+ELSEWHERE = {"rate", "ditch_margin", "weights", "hand_cone", "penalties", "clearance"}
 
 
 def test_the_tables_have_every_setting():
@@ -96,6 +96,13 @@ def test_clearance_and_obstacles_reach_the_planner():
     planner = planned_with(clearance=0.07).changed(obstacles=[box]).build_planner()
     assert parameter("clearance")(planner) == [0.07]
     assert parameter("obstacles")(planner)[:2] == [9, 9]
+
+
+def test_a_margin_beside_ditches_reaches_the_planner():
+    line = {"a": 1, "b": 0, "c": -2, "d": 0.1}
+    scenario = planned_with(ditch_margin=0.03).changed(ditches={"type": "lines", "lines": [line]})
+    np.testing.assert_allclose(scenario.build_planner().ditches, [[1, 0, -2, 0.16]])
+    assert scenario.ditch_lines[0][3] == 0.1
 
 
 def test_a_hand_cone_reaches_the_planner():

@@ -25,6 +25,7 @@ void WarmStart::guess(const Instant& now, const LastPlan& last, const StandingGr
                       const Eigen::VectorXd& stance, VectorView spacing, RowMatrix& guess) {
   if (last.exists) {
     shift_last(now, last, spacing, guess);
+    keep_landings(now, last, spacing, guess);
     lift_feet(now, last, spacing, guess);
   } else {
     start_from_references(now, guess);
@@ -62,6 +63,27 @@ void WarmStart::shift_last(const Instant& now, const LastPlan& last, VectorView 
       if (now.contacts(k, i) && force.cwiseAbs().maxCoeff() < kNoForce)
         force = carrying_force(team_, now.contacts, k, i);
     }
+}
+
+/// Starts feet that will land where the last plan has them land. Between two of its knots, a foot
+/// in the air at the first and down at the second, shifting would take the first one's, which is
+/// nowhere in particular: of a foot beside a ditch perhaps on its other side.
+void WarmStart::keep_landings(const Instant& now, const LastPlan& last, VectorView spacing,
+                              RowMatrix& guess) {
+  const Eigen::Index horizon = guess.rows() - 1;
+  const double elapsed = now.time - last.time, late = 1e-6 * spacing[0];
+  Eigen::Index before = 0;  // the last plan's knot at a time
+  double time = 0.0, time_of_next = spacing[0];
+  for (Eigen::Index k = 0; k <= horizon; ++k) {
+    while (before + 1 < horizon && time_of_next <= elapsed + time + late)
+      time_of_next += spacing[++before];
+    if (before + 1 == horizon) return;  // the last knot has no feet of its own
+    for (int i = 0; i < team_.feet(); ++i)
+      if (now.contacts(k, i) && !last.contacts(before, i) && last.contacts(before + 1, i))
+        Eigen::Map<Vector3>(&guess(k, slots_.feet[i])) =
+            Eigen::Map<const Vector3>(&last.trajectory(before + 1, slots_.feet[i]));
+    time += spacing[k];
+  }
 }
 
 /// Starts feet from their references where they swing and the last plan had them stand. Stretched

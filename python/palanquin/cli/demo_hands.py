@@ -146,10 +146,12 @@ class PhysicsDemo(HandsDemo):
 
     def rows(self, figures: dict[str, Any]) -> list[tuple[str, str]]:
         """Torques, slip, controllers."""
+        touched = figures["touchdowns"]
         torque, at_limit = figures["torque_fraction_max"], figures["saturated_share"]
         return [
             ("largest torque", f"{torque:.0%} of its limit, at which {at_limit:.2%} were"),
             ("slip of a foot", f"at most {1e3 * figures['slip_m']:.2g} mm"),
+            ("touchdowns, in ditches", f"{touched['count']}, {touched['in_ditches']}"),
             ("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us"),
             ("fallbacks of controllers", f"{figures['control_fallbacks']}"),
             ("faster than real time", f"{figures['real_time_factor']:.2f} times"),

@@ -42,6 +42,8 @@ class WarmStart {
  private:
   void start_from_references(const Instant& now, RowMatrix& guess);
   void shift_last(const Instant& now, const LastPlan& last, VectorView spacing, RowMatrix& guess);
+  void keep_landings(const Instant& now, const LastPlan& last, VectorView spacing,
+                     RowMatrix& guess);
   void lift_feet(const Instant& now, const LastPlan& last, VectorView spacing, RowMatrix& guess);
   void clear_feet(const Instant& now, const LastPlan& last, const StandingGround& ground,
                   VectorView spacing, RowMatrix& guess);
