@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from palanquin.errors import ProblemError
+from palanquin.user_files import read_text
 
 Row = dict[str, Any]
 
@@ -55,12 +56,14 @@ class RowStore:
     def _read(self) -> dict[str, Row]:
         """Rows under our conditions; a last line that was cut off is taken out of the file."""
         rows = {}
-        lines = self._file.read_text(encoding="utf-8").splitlines()
+        try:
+            lines = read_text(self._file).splitlines()
+        except ValueError as error:
+            raise ProblemError(f"{self._file}: {error}") from error
         for number, line in enumerate(lines, start=1):
             try:
-                entry = json.loads(line)
-                key, conditions, row = entry["key"], entry["conditions"], entry["row"]
-            except (ValueError, TypeError, KeyError) as error:
+                key, conditions, row = _parts(json.loads(line))
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
                 if number == len(lines) and isinstance(error, ValueError):
                     text = "".join(f"{whole}\n" for whole in lines[:-1])
                     self._file.write_text(text, encoding="utf-8")
@@ -72,3 +75,11 @@ class RowStore:
             if conditions == self._conditions:
                 rows[key] = row
         return rows
+
+
+def _parts(entry: dict[str, Any]) -> tuple[str, Any, Row]:
+    """Key, conditions and row; raises KeyError or TypeError for anything else."""
+    key, conditions, row = entry["key"], entry["conditions"], entry["row"]
+    if not (isinstance(key, str) and isinstance(row, dict)):
+        raise TypeError("a key in words and a row of figures are needed")
+    return key, conditions, row

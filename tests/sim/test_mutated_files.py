@@ -19,7 +19,7 @@ from palanquin.problems.height_map_files import read_heights
 from palanquin.problems.layered.case import load_layered_case
 from palanquin.problems.rough_kinds import HeightMapKind
 from palanquin.sim.feasibility import findings
-from palanquin.sim.runs import campaign
+from palanquin.sim.runs.store import RowStore
 from palanquin.sim.scenarios import SHIPPED, ScenarioError, ScenarioFile, load_scenario
 from palanquin.sim.scenarios.recorded import CommandFileError, replayed
 
@@ -164,11 +164,13 @@ def read_map(path):
         raise ProblemError(str(error)) from error
 
 
+ROWS = b'{"key": "flat nominal 1", "conditions": {}, "row": {"seed": 1}}\n' * 2
+
 READERS = [
     ("mine.yaml", SHIPPED["turn"].read_bytes(), load_scenario),
     ("mine.json", b'{"N": 15, "mu": 0.8, "s": [[[1, 1, 1, 1]], [[1, 0, 0, 1]]]}', read_case),
     ("mine.jsonl", COMMANDS, lambda path: replayed(load_scenario(SHIPPED["trot"]), path)),
-    ("runs.jsonl", b'{"suite": "flat", "planner": "nominal", "seed": 1}\n' * 2, campaign.Results),
+    ("runs.jsonl", ROWS, lambda path: RowStore(path, {}, resume=True)),
     *((f"mine{suffix}", data, read_map) for suffix, data in MAPS.items()),
 ]
 

@@ -67,7 +67,7 @@ def bar(
             task = progress.add_task(suite, total=len(wanted), completed=done)
             for _ in campaigns.run_trials(wanted, results, jobs):
                 progress.advance(task)
-        chosen = [row for row in results.rows if row["suite"] == suite]
+        chosen = [row for row in results.rows if row.get("suite") == suite]
         out.print(_table(campaigns.summary(chosen)))
         out.print(f"results: {path}", markup=False, highlight=False, soft_wrap=True)
 
