@@ -37,7 +37,8 @@ def outcome(record: Record) -> dict[str, Any]:
     plan.
     """
     on_bars = isinstance(record.team, BarCarriers)
-    has_fallen = bool(record.fall) if on_bars else fell(record)
+    tells_falls = on_bars or "torque_share" in record.more  # physics sees who touches the ground
+    has_fallen = bool(record.fall) if tells_falls else fell(record)
     cause = record.fall or "a body fell"
     return {
         "completed": not (has_fallen or record.fall),
