@@ -145,6 +145,16 @@ class GaitClock:
         """
         return self._core.change(gait.core, checks.finite("gait clock: time", time), at_once)
 
+    def sense(self, foot: int, time: float, has_ground: bool) -> None:
+        """Says whether a foot has the ground at `time`, s; not before what was said last.
+
+        One that has it before it is due stands from now on, to the end of the stance that was to
+        come; one that is due and does not have it is counted on 20 ms later.
+        """
+        if foot not in range(4):
+            raise ProblemError(f"gait clock: foot is {foot}; it must be 0 to 3")
+        self._core.sense(int(foot), checks.finite("gait clock: time", time), has_ground)
+
     def contacts(self, times: np.ndarray) -> np.ndarray:
         """Contact flags [n, 4] (bool) at `times` [n], s."""
         return self._core.contacts(np.asarray(times, dtype=float))

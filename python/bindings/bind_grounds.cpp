@@ -82,6 +82,8 @@ void bind_gaits(nb::module_& m) {
           "time"_a)
       .def("phase", &GaitClock::phase, "time"_a)
       .def("change", &GaitClock::change, "gait"_a, "time"_a, "at_once"_a)
+      .def("sense", &GaitClock::sense, "foot"_a, "time"_a, "has_ground"_a,
+           "lands_within"_a = kLandsWithin)
       .def("contacts", &contacts, "times"_a)
       .def("stances", &stances, "times"_a);
 }

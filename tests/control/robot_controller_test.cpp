@@ -49,7 +49,7 @@ struct RobotControl : ::testing::Test {
   void update(double time) {
     Vector4 forces;
     for (int leg = 0; leg < kFeet; ++leg)
-      forces[leg] = controller.clock().stands(leg, time) ? weight / 4 : 0;
+      forces[leg] = controller.clock().is_due(leg, time) ? weight / 4 : 0;
     update(time, forces);
   }
   void update(double time, const Vector4& forces) {
@@ -142,6 +142,23 @@ TEST_F(RobotControl, AnEarlyFootBearsLittleUntilItIsDue) {
   EXPECT_GT(controller.result().forces(2, 1), early + 0.1 * weight);
 }
 
+TEST_F(RobotControl, APlannersClockThatIsToldTheSameAgrees) {
+  planning::GaitClock planners = controller.clock();
+  const auto tell = [&](double time) {
+    for (int i = 0; i < controller.feet(); ++i)
+      planners.sense(i, time, controller.phase(i) == LegPhase::Stance);
+  };
+  run_until(0.28);
+  update(0.28, Vector4(weight / 2, 50, 0, weight / 2));  // foot 1 lands early
+  tell(0.28);
+  update(0.3, Vector4(0, weight, 0, 0));  // foot 2 is late
+  tell(0.3);
+  EXPECT_TRUE(planners.stands(1, 0.29));
+  EXPECT_FALSE(planners.stands(2, 0.31));
+  for (double time = 0.28; time < 0.7; time += 0.001)
+    EXPECT_EQ(planners.contacts(time), controller.clock().contacts(time)) << time;
+}
+
 TEST_F(RobotControl, AFootThatFindsNoGroundReachesForIt) {
   run_until(0.3);
   const Vector4 forces(0, 0, weight, 0);
@@ -151,10 +168,10 @@ TEST_F(RobotControl, AFootThatFindsNoGroundReachesForIt) {
   update(0.31, forces);
   EXPECT_LT(foot_acceleration(1).z(), -1);
   // A planner is to count on it only after a while, and not at all on legs that are to swing.
-  for (const int leg : {0, 3}) EXPECT_FALSE(controller.will_stand(leg, 0.31, 0.35));
-  EXPECT_TRUE(controller.will_stand(2, 0.31, 0.315));
-  EXPECT_FALSE(controller.will_stand(1, 0.31, 0.315));
-  EXPECT_TRUE(controller.will_stand(1, 0.31, 0.35));
+  for (const int leg : {0, 3}) EXPECT_FALSE(controller.will_bear(leg, 0.35));
+  EXPECT_TRUE(controller.will_bear(2, 0.315));
+  EXPECT_FALSE(controller.will_bear(1, 0.315));
+  EXPECT_TRUE(controller.will_bear(1, 0.35));
 }
 
 TEST_F(RobotControl, ReferencesMoveTowardsTheTimeTheyAreDue) {

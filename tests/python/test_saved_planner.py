@@ -9,7 +9,7 @@ import pytest
 
 from palanquin import _core, pickling
 from palanquin.errors import LoweringError
-from palanquin.problems import clm, terrains
+from palanquin.problems import clm, gaits, terrains
 from palanquin.problems.foothold_courses import stepping_stones
 from palanquin.problems.height_map import HeightMap
 from palanquin.settings import configure
@@ -31,16 +31,42 @@ def planner_for(terrain, ditches=(), **options):
     return clm.Planner(problem, terrain, ditches, **options)
 
 
-def closed_loop(planner, ticks=30):
-    """What was measured, and the plans' trajectories."""
+def closed_loop(planner, ticks=30, events=None):
+    """The lines of a record, and the plans' trajectories; `events` come before ticks, by number."""
     state, record, plans = planner.nominal_state(), [], []
     for tick in range(ticks):
         time = tick * PERIOD
-        record.append([time, 0.4, 0.05, 0.1, *state.bodies.ravel(), *state.feet.ravel()])
+        if events and tick in events:
+            record.append(events[tick](planner, time))
+        measured = [time, 0.4, 0.05, 0.1, *state.bodies.ravel(), *state.feet.ravel()]
+        record.append(f"plan {numbers(measured)}")
         plan = planner.solve(time, state, COMMAND)
         plans.append(plan.plan.xs)
         _, state = follow(planner, plan, state, PERIOD)
-    return np.array(record), np.concatenate(plans)
+    return record, np.concatenate(plans)
+
+
+def numbers(values):
+    return " ".join(repr(float(value)) for value in values)
+
+
+def change_gait(robot, gait):
+    def event(planner, time):
+        planner.clocks[robot].change(gait, time)
+        return f"gait {robot} {numbers([time, gait.period, *gait.duty, *gait.offset])}"
+
+    return event
+
+
+def sense(robot, foot, has_ground):
+    def event(planner, time):
+        clock = planner.clocks[robot]
+        before = clock.contacts(np.array([time]))[0, foot]
+        clock.sense(foot, time, has_ground)
+        assert before != has_ground, "the foot was to do something else"
+        return f"sense {robot} {foot} {numbers([time])} {int(has_ground)}"
+
+    return event
 
 
 PLANNERS = {
@@ -61,14 +87,34 @@ PLANNERS = {
 def test_a_program_without_python_plans_the_same(kind, consumer, tmp_path):
     planner = PLANNERS[kind]()
     record, plans = closed_loop(planner)
+    np.testing.assert_array_equal(plans_of_a_program(planner, record, consumer, tmp_path), plans)
+
+
+def test_a_program_plans_the_same_through_changes_of_gait_and_touchdowns(consumer, tmp_path):
+    planner = PLANNERS["ditches"]()
+    events = {
+        8: change_gait(0, gaits.crawl()),
+        17: sense(1, 1, True),  # lands before its time
+        24: sense(0, 1, False),  # is late
+        45: change_gait(1, gaits.pace()),
+    }
+    record, plans = closed_loop(planner, 130, events)
+    met = planner.contacts(PERIOD * np.arange(130)).reshape(130, -1)
+    assert len(np.unique(met, axis=0)) > 8, "both gaits have changed"
+    np.testing.assert_array_equal(plans_of_a_program(planner, record, consumer, tmp_path), plans)
+
+
+def plans_of_a_program(planner, record, consumer, folder):
     planner.restart()
-    folder = planner.save(tmp_path / "planner")
-    lines = "\n".join(" ".join(map(repr, row)) for row in record.tolist())
+    saved = planner.save(folder / "planner")
     done = subprocess.run(
-        [consumer.with_name("planner"), folder], input=lines, capture_output=True, text=True
+        [consumer.with_name("planner"), saved],
+        input="\n".join(record),
+        capture_output=True,
+        text=True,
     )
     assert done.returncode == 0, done.stderr
-    np.testing.assert_array_equal(np.loadtxt(done.stdout.splitlines()), plans)
+    return np.loadtxt(done.stdout.splitlines())
 
 
 def test_a_planner_is_saved_as_it_was_built(tmp_path):

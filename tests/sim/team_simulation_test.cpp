@@ -49,7 +49,7 @@ std::vector<RobotTarget> targets_for(TeamSimulation& team, const Vector3& veloci
     const RobotController& controller = team.controller(robot);
     target.forces.setZero(3, controller.feet());
     for (int foot = 0; foot < controller.feet(); ++foot)
-      target.forces(2, foot) = controller.will_stand(foot, team.time(), team.time());
+      target.forces(2, foot) = controller.will_bear(foot, team.time());
     target.forces *= controller.model().mass() * kGravity / target.forces.sum();
   }
   return targets;

@@ -67,6 +67,13 @@ std::string Gait::explain_invalid() const {
 GaitClock::GaitClock(Gait gait, double time, double phase) {
   segments_.reserve(8);
   segments_.push_back({time, phase, std::move(gait)});
+  count_feet();
+}
+
+/// Every foot of a gait, and of one without entries as many as a quadruped's, may deviate.
+void GaitClock::count_feet() {
+  const std::size_t feet = std::max<std::size_t>(kFeet, segments_.back().gait.duty.size());
+  deviations_.resize(std::max(deviations_.size(), feet));
 }
 
 std::size_t GaitClock::index(double time) const {
@@ -88,23 +95,68 @@ double GaitClock::change(const Gait& gait, double time, bool at_once) {
   }
   if (time <= segments_.front().start) segments_.clear();
   segments_.push_back({time, 0.0, gait});
+  count_feet();
+  for (Deviation& d : deviations_) d.end = std::min(d.end, time);
   return time;
 }
 
-bool GaitClock::stands(int foot, double time) const {
+void GaitClock::sense(int foot, double time, bool has_ground, double lands_within) {
+  if (foot < 0) throw std::out_of_range("foot is " + std::to_string(foot));
+  const bool is_due_now = is_due(foot, time), deviates = deviation(foot, time) != nullptr;
+  const auto f = static_cast<std::size_t>(foot);
+  if (f >= deviations_.size()) deviations_.resize(f + 1);
+  Deviation& d = deviations_[f];
+  if (has_ground == is_due_now) {
+    if (deviates) d.end = time;
+  } else if (!has_ground) {
+    d = {deviates ? d.begin : time, time + lands_within, false};
+  } else if (!deviates) {
+    d = {time, next_touchdown(foot, time), true};
+  }
+}
+
+const GaitClock::Deviation* GaitClock::deviation(int foot, double time) const {
+  const auto f = static_cast<std::size_t>(foot);
+  if (f >= deviations_.size()) return nullptr;
+  const double late = time + kLate * segments_.back().gait.period;
+  return deviations_[f].begin <= late && late < deviations_[f].end ? &deviations_[f] : nullptr;
+}
+
+double GaitClock::next_touchdown(int foot, double time) const {
+  const std::size_t next = index(time) + 1;
+  const double touchdown = scheduled_stance(foot, time).begin;
+  return next < segments_.size() ? std::min(touchdown, segments_[next].start) : touchdown;
+}
+
+bool GaitClock::is_due(int foot, double time) const {
   const Segment& segment = at(time);
   return segment.gait.stands(foot, segment.cycles(time));
 }
 
-std::array<bool, kFeet> GaitClock::contacts(double time) const {
-  const Segment& segment = at(time);
-  return segment.gait.stands(segment.cycles(time));
+bool GaitClock::stands(int foot, double time) const {
+  const Deviation* d = deviation(foot, time);
+  return d != nullptr ? d->stands : is_due(foot, time);
 }
 
-Stance GaitClock::stance(int foot, double time) const {
+std::array<bool, kFeet> GaitClock::contacts(double time) const {
+  std::array<bool, kFeet> all{};
+  for (int f = 0; f < kFeet; ++f) all[static_cast<std::size_t>(f)] = stands(f, time);
+  return all;
+}
+
+Stance GaitClock::scheduled_stance(int foot, double time) const {
   const Segment& segment = at(time);
   const Stance from_now = segment.gait.stance(foot, segment.cycles(time));
   return {time + from_now.begin, time + from_now.end};
+}
+
+Stance GaitClock::stance(int foot, double time) const {
+  Stance stance = scheduled_stance(foot, time);
+  if (const Deviation* d = deviation(foot, time); d != nullptr && d->stands)
+    stance.begin = d->begin;
+  else if (d != nullptr && is_due(foot, time))
+    stance.begin = std::min(d->end, stance.end);
+  return stance;
 }
 
 Stances GaitClock::stances(double time) const {

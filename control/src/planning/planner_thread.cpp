@@ -31,7 +31,7 @@ PlannerThread::PlannerThread(TeamPlanner& planner, const PlannerThreadSettings& 
     : planner_(planner),
       settings_(checked(settings)),
       sampler_(planner.problem()),
-      measurements_({0.0, planner.nominal_state(planner.reference()), {}, {}}),
+      measurements_({0.0, planner.nominal_state(planner.reference()), {}, {}, {}}),
       plans_(StampedPlan(planner)),
       last_(planner),
       predicted_(planner.nominal_state(planner.reference())),
@@ -45,9 +45,10 @@ PlannerThread::~PlannerThread() {
   thread_.join();
 }
 
-void PlannerThread::measure(double time, const TeamState& state, const Velocity& command) {
+void PlannerThread::measure(double time, const TeamState& state, const Velocity& command,
+                            const Flags& grounded) {
   Measurement& draft = measurements_.draft();
-  draft = {time, state, command, Clock::now()};
+  draft = {time, state, command, grounded, Clock::now()};
   measurements_.publish();
   ++signals_;
   signals_.notify_one();
@@ -68,6 +69,7 @@ void PlannerThread::run() {
 
 void PlannerThread::plan_for(const Measurement& measured) {
   const double time = measured.time + settings_.latency;
+  if (measured.grounded.size() > 0) planner_.sense(measured.time, measured.grounded);
   predict(measured, time);
   planner_.solve(time, predicted_, measured.command);
   last_.take(planner_, settings_.with_gain);

@@ -115,6 +115,16 @@ Status TeamPlanner::settle(double time, const TeamState& state, const Velocity& 
   return status;
 }
 
+void TeamPlanner::sense(double time, const Flags& grounded) {
+  const auto use = user_.change("sense");
+  if (grounded.rows() != 1 || grounded.cols() != team_.feet())
+    throw std::invalid_argument("sense: grounded is [" + std::to_string(grounded.rows()) + ", " +
+                                std::to_string(grounded.cols()) + "], but must be [1, " +
+                                std::to_string(team_.feet()) + "]");
+  for (int i = 0; i < team_.feet(); ++i)
+    clocks_[static_cast<std::size_t>(i / kFeet)].sense(i % kFeet, time, grounded(0, i));
+}
+
 /// References, contacts and a guess for a solve at `time`; the parameters are written.
 void TeamPlanner::set_up(double time, const TeamState& state, const Velocity& command) {
   check(state);

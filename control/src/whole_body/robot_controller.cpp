@@ -10,9 +10,6 @@ namespace palanquin {
 
 namespace {
 
-/// Time in which a leg that is late is expected to find the ground, s.
-constexpr double kLandsWithin = 0.02;
-
 /// Whose entries are not one a foot, in words; empty if they are, or there are none.
 std::string misfit(const planning::Gait& gait, std::size_t feet) {
   return SettingRules()
@@ -158,7 +155,8 @@ void RobotController::update_foot(int index, double time, double dt, double forc
                                   const Vector3& normal) {
   const auto at = static_cast<std::size_t>(index);
   ContactMonitor& monitor = monitors_[at];
-  monitor.update(clock_.stands(index, time), clock_.swing(index, time).progress, force, dt);
+  monitor.update(clock_.is_due(index, time), clock_.swing(index, time).progress, force, dt);
+  clock_.sense(index, time, monitor.phase() == LegPhase::Stance);
   if (monitor.has_changed()) {
     changed_at_[at] = time;
     lift_off_.col(index) = foot(index).position;
@@ -286,9 +284,8 @@ RobotObservation RobotController::observe(const RobotState& measured) {
   return o;
 }
 
-bool RobotController::will_stand(int foot, double now, double time) const {
-  const bool is_absent = monitor(foot).is_late() && time < now + kLandsWithin;
-  return clock_.stands(foot, time) && !is_absent;
+bool RobotController::will_bear(int foot, double time) const {
+  return clock_.is_due(foot, time) && clock_.stands(foot, time);
 }
 
 }  // namespace palanquin

@@ -44,7 +44,7 @@ Flags contacts(const TeamSimulation& simulation, int robot, const Eigen::VectorX
   Flags flags(times.size(), controller.feet());
   for (Eigen::Index k = 0; k < times.size(); ++k)
     for (int foot = 0; foot < controller.feet(); ++foot)
-      flags(k, foot) = controller.will_stand(foot, simulation.time(), times[k]);
+      flags(k, foot) = controller.will_bear(foot, times[k]);
   return flags;
 }
 

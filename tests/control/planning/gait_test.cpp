@@ -121,5 +121,56 @@ TEST(GaitClock, ASwingThatAChangeBeginsTakesWhatIsLeft) {
   EXPECT_NEAR(clock.swing(0, 2.98).duration, 0.25, 1e-5) << "the next one is a whole one";
 }
 
+TEST(GaitClock, AFootThatLandsEarlyStandsToTheEndOfItsStance) {
+  GaitClock clock(kTrot), other(kTrot);
+  clock.sense(1, 0.2, true);  // due at 0.25
+  EXPECT_FALSE(clock.stands(1, 0.19));
+  for (const double time : {0.2, 0.24, 0.25, 0.49}) EXPECT_TRUE(clock.stands(1, time)) << time;
+  EXPECT_FALSE(clock.stands(1, 0.5));
+  EXPECT_FALSE(clock.is_due(1, 0.24));
+  EXPECT_NEAR(clock.stance(1, 0.22).begin, 0.2, 1e-12);
+  EXPECT_NEAR(clock.stance(1, 0.22).end, 0.5, 1e-5);
+  EXPECT_EQ(clock.contacts(0.22), (Contacts{true, true, false, true}));
+  // Told so again it is the same, and one that is told the same agrees.
+  clock.sense(1, 0.21, true);
+  other.sense(1, 0.2, true);
+  for (double time = 0.2; time < 1.0; time += 0.01) {
+    EXPECT_EQ(clock.contacts(time), other.contacts(time));
+    EXPECT_EQ(clock.stance(1, time).begin, other.stance(1, time).begin);
+  }
+  clock.sense(1, 0.22, false);  // it bounced
+  EXPECT_FALSE(clock.stands(1, 0.22));
+  EXPECT_TRUE(clock.stands(1, 0.25));
+}
+
+TEST(GaitClock, AFootThatIsLateIsCountedOnSoon) {
+  GaitClock clock(kTrot);
+  clock.sense(1, 0.25, false, 0.03);
+  EXPECT_FALSE(clock.stands(1, 0.27));
+  EXPECT_TRUE(clock.is_due(1, 0.27));
+  EXPECT_TRUE(clock.stands(1, 0.28));
+  EXPECT_NEAR(clock.stance(1, 0.26).begin, 0.28, 1e-12);
+  EXPECT_NEAR(clock.stance(1, 0.26).end, 0.5, 1e-5);
+  clock.sense(1, 0.27, false, 0.03);  // still not
+  EXPECT_FALSE(clock.stands(1, 0.29));
+  EXPECT_TRUE(clock.stands(1, 0.3));
+  clock.sense(1, 0.285, true);
+  EXPECT_TRUE(clock.stands(1, 0.285));
+  EXPECT_FALSE(clock.stands(1, 0.5)) << "it lifts off when it is due to";
+}
+
+TEST(GaitClock, AChangeOfGaitEndsWhatFeetDidOtherwise) {
+  GaitClock clock(kTrot);
+  clock.sense(0, 0.1, false, 1.0);
+  clock.change(kStand, 0.15, true);
+  EXPECT_FALSE(clock.stands(0, 0.14));
+  EXPECT_TRUE(clock.stands(0, 0.15));
+  GaitClock soon(kTrot);
+  soon.change({"swing first", 0.5, {0.5, 0.5, 0.5, 0.5}, {0.4, 0.4, 0.4, 0.4}}, 0.01);  // at 0.5
+  soon.sense(0, 0.4, true);  // the trot's touchdown at 0.5 is not to come
+  EXPECT_TRUE(soon.stands(0, 0.49));
+  EXPECT_FALSE(soon.stands(0, 0.51));
+}
+
 }  // namespace
 }  // namespace palanquin::planning

@@ -93,6 +93,28 @@ TEST_F(TeamPlannerTest, TwoPhasesAnswerTheMeasurement) {
   EXPECT_THROW(load("planner-candidates")->prepare(0.0, state, kCommand), std::logic_error);
 }
 
+TEST_F(TeamPlannerTest, CountsOnFeetThatLandedAndNotOnFeetThatAreLate) {
+  const auto planner = load("planner");
+  const TeamState state = planner->nominal_state({});
+  planner->settle(0.0, state, kCommand);
+  Flags grounded = Flags::Constant(1, planner->team().feet(), false);
+  for (int i = 0; i < grounded.size(); ++i)
+    grounded(i) = planner->clock(i / kFeet).is_due(i % kFeet, 0.22);
+  const auto swings = planner->clock(0).is_due(1, 0.22) ? 0 : 1, stands = 1 - swings;
+  grounded(swings) = true;
+  grounded(stands) = false;
+  planner->sense(0.22, grounded);
+  planner->solve(0.221, state, kCommand);
+  ASSERT_TRUE(planner->has_usable_plan());
+  EXPECT_TRUE(planner->instant().contacts(0, swings));
+  EXPECT_FALSE(planner->instant().contacts(0, stands));
+  const RowMatrix& plan = planner->solver().trajectory();
+  const TeamSlots& slots = planner->slots();
+  EXPECT_TRUE(plan.row(0).segment<3>(slots.forces[static_cast<std::size_t>(stands)]).isZero());
+  EXPECT_FALSE(plan.row(0).segment<3>(slots.forces[static_cast<std::size_t>(swings)]).isZero());
+  EXPECT_THROW(planner->sense(0.23, Flags::Constant(1, 3, true)), std::invalid_argument);
+}
+
 TEST_F(TeamPlannerTest, RefusesWhatMakesNoSense) {
   const auto planner = load("planner");
   const TeamState state = planner->nominal_state({});

@@ -8,6 +8,9 @@
 
 namespace palanquin::planning {
 
+/// Time in which a foot that is late is expected to find the ground, s.
+inline constexpr double kLandsWithin = 0.02;
+
 /// From touchdown to lift-off, s.
 struct Stance {
   double begin = 0, end = 0;
@@ -53,9 +56,10 @@ struct Gait {
   double since_touchdown(int foot, double phase) const;
 };
 
-/// The gait of one robot over time, with changes under way: the same for its planner and its
-/// controller. Contact is a function of time alone, so that both may sample it at any rate. Nothing
-/// but `change` allocates.
+/// The gait of one robot over time, with changes under way and touchdowns that come early or late:
+/// the same for its planner and its controller. Contact is a function of time alone, so that both
+/// may sample it at any rate; two clocks that are told the same say the same. Nothing but `change`
+/// allocates.
 class GaitClock {
  public:
   /// A gait whose cycle is at `phase` (cycles) at `time` (s).
@@ -70,6 +74,15 @@ class GaitClock {
   /// to end, so its change happens at `time`, as does any with `at_once`.
   double change(const Gait& gait, double time, bool at_once = false);
 
+  /// Says whether a foot has the ground at `time`, which no earlier call was for a later time than.
+  /// One that has it before it is due stands from now on, to the end of the stance that was to
+  /// come; one that is due and does not have it is counted on `lands_within` s later. Throws
+  /// std::out_of_range for a foot that the gait has not.
+  void sense(int foot, double time, bool has_ground, double lands_within = kLandsWithin);
+
+  /// Whether the gait has the foot stand, whatever it felt.
+  bool is_due(int foot, double time) const;
+  /// Whether it stands, or is counted on to stand, by the gait and what it felt.
   bool stands(int foot, double time) const;
   /// Which feet of a quadruped stand at `time`.
   std::array<bool, kFeet> contacts(double time) const;
@@ -77,11 +90,16 @@ class GaitClock {
   Stance stance(int foot, double time) const;
   /// The same of all feet of a quadruped.
   Stances stances(double time) const;
-  /// The swing under way at `time`; for a foot that stands, one that is about to begin. One which a
-  /// change of gait begins in its midst takes what is left of it.
+  /// The swing that the gait has at `time`; for a foot that is due, one that is about to begin. One
+  /// which a change of gait begins in its midst takes what is left of it.
   Swing swing(int foot, double time) const;
 
  private:
+  /// A time in which a foot does what the gait does not say.
+  struct Deviation {
+    double begin = 0.0, end = 0.0;
+    bool stands = false;
+  };
   struct Segment {
     double start = 0.0, phase = 0.0;
     Gait gait;
@@ -89,8 +107,15 @@ class GaitClock {
   };
   std::size_t index(double time) const;
   const Segment& at(double time) const { return segments_[index(time)]; }
+  /// The foot's deviation at `time`, or null.
+  const Deviation* deviation(int foot, double time) const;
+  /// When the gait has a foot that swings touch down, or a change of gait comes before.
+  double next_touchdown(int foot, double time) const;
+  Stance scheduled_stance(int foot, double time) const;
+  void count_feet();
 
   std::vector<Segment> segments_;
+  std::vector<Deviation> deviations_;  // the latest one of each foot
 };
 
 }  // namespace palanquin::planning

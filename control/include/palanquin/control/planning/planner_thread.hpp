@@ -40,8 +40,10 @@ class PlannerThread {
   PlannerThread(const PlannerThread&) = delete;
   PlannerThread& operator=(const PlannerThread&) = delete;
 
-  /// Hands over what was measured at `time` (s, not before the last one), by one thread.
-  void measure(double time, const TeamState& state, const Velocity& command);
+  /// Hands over what was measured at `time` (s, not before the last one), by one thread: the state,
+  /// and which feet have the ground [1, 4 R], see GaitClock::sense; empty if nobody feels.
+  void measure(double time, const TeamState& state, const Velocity& command,
+               const Flags& grounded = {});
   /// The latest plan, for one thread; valid until its next call. Its number is 0 before the first.
   const StampedPlan& latest() { return plans_.latest(); }
   /// Whether there is a plan that `latest` has not given yet.
@@ -57,6 +59,7 @@ class PlannerThread {
     double time = 0.0;
     TeamState state;
     Velocity command;
+    Flags grounded;
     Clock::time_point arrival;
   };
 

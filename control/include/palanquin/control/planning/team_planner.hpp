@@ -63,8 +63,13 @@ class TeamPlanner {
   /// Solves one instant again and again, `at_most` so often, until the plan has converged.
   Status settle(double time, const TeamState& state, const Velocity& command, int at_most = 30);
 
-  /// Forgets the last plan, the time, changes of gait and expected wrenches; the payload's
-  /// reference starts at a pose.
+  /// Tells the robots' clocks which feet have the ground at `time` [1, 4 R], see GaitClock::sense:
+  /// the next plan counts on early touchdowns and not on late feet. Throws std::invalid_argument
+  /// for another shape.
+  void sense(double time, const Flags& grounded);
+
+  /// Forgets the last plan, the time, changes of gait, touchdowns and expected wrenches; the
+  /// payload's reference starts at a pose.
   void restart(const Pose& reference = {});
   /// Takes other ditches (a, b, c, d) [n, 4], m. Throws std::invalid_argument for more than the
   /// problem can hold.

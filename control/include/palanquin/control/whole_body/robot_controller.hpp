@@ -69,10 +69,10 @@ class RobotController {
 
   RobotObservation observe(const RobotState& measured);
 
-  /// Whether a planner is to count on a foot at `time`, from `now` on: by the schedule, but for a
-  /// foot that is late, which comes to stand soon. A foot that landed early bears little until it
-  /// is due: to load it at once, while it still bounces, kicks the body.
-  bool will_stand(int foot, double now, double time) const;
+  /// Whether a planner is to load a foot at `time`: one that stands by the clock and is due. A foot
+  /// that landed early bears little until then: to load it at once, while it still bounces, kicks
+  /// the body.
+  bool will_bear(int foot, double time) const;
 
  private:
   const ContactMonitor& monitor(int foot) const {
