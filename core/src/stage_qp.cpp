@@ -7,10 +7,6 @@
 namespace palanquin {
 namespace {
 
-void resize_zero(Eigen::VectorXd& v, Eigen::Index size) {
-  if (v.size() != size) v.setZero(size);
-}
-
 /// largest = max(largest, |r|_inf), where a NaN on either side stays.
 void grow(double& largest, const Eigen::VectorXd& r) {
   for (double entry : r)
@@ -60,27 +56,32 @@ bool StageQp::has_hard_rows() const {
                      [](const QpStage& stage) { return stage.inequality_jacobian.rows > 0; });
 }
 
+Eigen::VectorXd SpareVectors::take(Eigen::Index size) {
+  const auto fits = [size](const Eigen::VectorXd& v) { return v.size() == size; };
+  const auto found = std::find_if(vectors_.rbegin(), vectors_.rend(), fits);
+  if (found == vectors_.rend()) return Eigen::VectorXd::Zero(size);
+  std::swap(*found, vectors_.back());
+  Eigen::VectorXd taken = std::move(vectors_.back());
+  vectors_.pop_back();
+  taken.setZero();
+  return taken;
+}
+
 void StageQpSolution::resize(const StageQp& qp) {
-  for (auto* list :
-       {&w, &dynamics_multiplier, &equality_multiplier, &inequality_multiplier, &link_multiplier})
-    list->resize(qp.stages.size());
-  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    const QpStage& stage = qp.stages[k];
-    resize_zero(w[k], stage.nw());
-    resize_zero(dynamics_multiplier[k], stage.nx);
-    resize_zero(equality_multiplier[k], stage.equality_value.size());
-    resize_zero(inequality_multiplier[k], stage.inequality_value.size());
-    resize_zero(link_multiplier[k], stage.link_value.size());
-  }
+  const auto fit = [&](std::vector<Eigen::VectorXd>& list, auto size) {
+    spare.resize(list, qp.stages.size(), [&](std::size_t k) { return size(qp.stages[k]); });
+  };
+  fit(w, [](const QpStage& stage) { return stage.nw(); });
+  fit(dynamics_multiplier, [](const QpStage& stage) { return stage.nx; });
+  fit(equality_multiplier, [](const QpStage& stage) { return stage.equality_value.size(); });
+  fit(inequality_multiplier, [](const QpStage& stage) { return stage.inequality_value.size(); });
+  fit(link_multiplier, [](const QpStage& stage) { return stage.link_value.size(); });
 }
 
 void PenaltyModel::resize(const StageQp& qp) {
-  slope.resize(qp.stages.size());
-  curvature.resize(qp.stages.size());
-  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
-    resize_zero(slope[k], qp.stages[k].penalty_value.size());
-    resize_zero(curvature[k], qp.stages[k].penalty_value.size());
-  }
+  const auto rows = [&](std::size_t k) { return qp.stages[k].penalty_value.size(); };
+  spare.resize(slope, qp.stages.size(), rows);
+  spare.resize(curvature, qp.stages.size(), rows);
 }
 
 void PenaltyModel::expand(const StageQp& qp, const std::vector<Eigen::VectorXd>& w) {

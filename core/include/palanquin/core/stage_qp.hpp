@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "palanquin/core/penalty.hpp"
@@ -75,6 +76,27 @@ struct StageQp {
   bool has_hard_rows() const;
 };
 
+/// Vectors that no knot has now. A gait that moves along the horizon brings sizes back, and so what
+/// was allocated for them.
+class SpareVectors {
+ public:
+  /// Gives every vector of `list` whose size is not the one asked for one of that size, zero.
+  template <typename SizeOf>
+  void resize(std::vector<Eigen::VectorXd>& list, std::size_t count, SizeOf size_of) {
+    list.resize(count);
+    for (std::size_t k = 0; k < count; ++k)
+      if (list[k].size() > 0 && list[k].size() != size_of(k))
+        vectors_.push_back(std::move(list[k]));
+    for (std::size_t k = 0; k < count; ++k)
+      if (list[k].size() != size_of(k)) list[k] = take(size_of(k));
+  }
+
+ private:
+  Eigen::VectorXd take(Eigen::Index size);
+
+  std::vector<Eigen::VectorXd> vectors_;
+};
+
 /// A primal-dual point of a StageQp. Multipliers follow the Lagrangian
 ///   L = cost + sum_k lambda_{k+1}'(F_k w_k + b_k - (I - N_k) x_{k+1}) + mu_k'(C_k w_k + e_k)
 ///            + nu_k'(D_k w_k + d_k) + sigma_k'(P_k w_{k-1} + E_k w_k + c_k)
@@ -86,7 +108,10 @@ struct StageQpSolution {
   std::vector<Eigen::VectorXd> inequality_multiplier;  ///< [N + 1]
   std::vector<Eigen::VectorXd> link_multiplier;        ///< [N + 1]
 
-  /// Sizes every vector for `qp`; allocates only where a size differs. New entries are zero.
+  SpareVectors spare;
+
+  /// Sizes every vector for `qp`; where a size differs all entries are zero. Allocates only what no
+  /// QP before asked for.
   void resize(const StageQp& qp);
 };
 
@@ -95,7 +120,9 @@ struct StageQpSolution {
 struct PenaltyModel {
   std::vector<Eigen::VectorXd> slope;      ///< [N + 1], each [np_k]
   std::vector<Eigen::VectorXd> curvature;  ///< [N + 1], each [np_k], >= 0
+  SpareVectors spare;
 
+  /// As StageQpSolution::resize.
   void resize(const StageQp& qp);
   /// The second-order expansion of every penalty about the point `w`.
   void expand(const StageQp& qp, const std::vector<Eigen::VectorXd>& w);
