@@ -2,6 +2,7 @@
 
 #include <pthread.h>
 
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -25,9 +26,41 @@ void abandon(std::vector<std::thread> workers) {
   abandoned.push_back(std::move(workers));
 }
 
+// A ticket is (loop kIndices + count) kIndices + next index.
+constexpr std::uint64_t kIndices = 1024 * 1024;
+
+int next_of(std::uint64_t ticket) { return static_cast<int>(ticket % kIndices); }
+int count_of(std::uint64_t ticket) { return static_cast<int>(ticket / kIndices % kIndices); }
+std::uint64_t following(std::uint64_t ticket, int count) {
+  const std::uint64_t loop = ticket / kIndices / kIndices + 1;
+  return (loop * kIndices + static_cast<std::uint64_t>(count)) * kIndices;
+}
+
+/// How long a thread looks out before it sleeps: longer than a step's phases without a loop.
+constexpr std::chrono::microseconds kLookOut{200};
+
+void relax() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+/// Waits until `value` is not `old`, and returns what it is.
+int await_change(const std::atomic<int>& value, int old, bool may_spin) {
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + kLookOut;
+  while (may_spin && value == old && Clock::now() < end)
+    for (int i = 0; i < 32 && value.load(std::memory_order_relaxed) == old; ++i) relax();
+  value.wait(old);
+  return value;
+}
+
 }  // namespace
 
-ThreadPool::ThreadPool(int threads) : size_(threads), process_(process_generation()) {
+ThreadPool::ThreadPool(int threads)
+    : size_(threads),
+      may_spin_(threads <= static_cast<int>(std::thread::hardware_concurrency())),
+      process_(process_generation()) {
   if (threads < 1)
     throw std::invalid_argument("threads is " + std::to_string(threads) + "; at least 1 is needed");
   start();
@@ -61,30 +94,39 @@ void ThreadPool::stop() {
 }
 
 void ThreadPool::run(int count, const std::function<void(int, int)>& body) {
-  if (size_ > 1) {
-    if (process_ != process_generation()) {
-      abandon(std::exchange(workers_, {}));
-      start();
-      process_ = process_generation();
-    }
-    body_ = &body;
-    count_ = count;
-    pending_ = static_cast<int>(workers_.size());
-    ++generation_;
-    generation_.notify_all();
+  if (size_ == 1 || count < 2 || count >= static_cast<int>(kIndices)) {
+    for (int i = 0; i < count; ++i) body(0, i);
+    return;
   }
-  for (int i = 0; i < count; i += size_) body(0, i);
-  for (int left = pending_; left > 0; left = pending_) pending_.wait(left);
+  if (process_ != process_generation()) {
+    abandon(std::exchange(workers_, {}));
+    start();
+    process_ = process_generation();
+  }
+  body_ = &body;
+  pending_ = count;
+  ticket_ = following(ticket_, count);
+  ++generation_;
+  generation_.notify_all();
+  take_turns(0);
+  for (int left = pending_; left > 0;) left = await_change(pending_, left, may_spin_);
+}
+
+/// Takes indices of the loop at hand until none is left.
+void ThreadPool::take_turns(int thread) {
+  std::uint64_t ticket = ticket_;
+  while (next_of(ticket) < count_of(ticket)) {
+    if (!ticket_.compare_exchange_weak(ticket, ticket + 1)) continue;
+    (*body_)(thread, next_of(ticket));
+    if (--pending_ == 0) pending_.notify_one();
+    ticket = ticket_;
+  }
 }
 
 void ThreadPool::work(int thread) {
-  int seen = 0;
-  while (true) {
-    generation_.wait(seen);
-    seen = generation_;
-    if (stopping_) return;
-    for (int i = thread; i < count_; i += size_) (*body_)(thread, i);
-    if (--pending_ == 0) pending_.notify_one();
+  for (int seen = 0; !stopping_;) {
+    seen = await_change(generation_, seen, may_spin_);
+    if (!stopping_) take_turns(thread);
   }
 }
 

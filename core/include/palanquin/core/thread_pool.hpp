@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -8,7 +9,9 @@
 namespace palanquin {
 
 /// A fixed team of threads for loops over knots. The caller is one of them, so a pool of one thread
-/// is a plain loop. Work is divided statically, so results do not depend on timing.
+/// is a plain loop. Whoever is free takes the next index: the caller never waits for a thread that
+/// sleeps, and what a loop gives must not depend on who does what. Threads that have nothing to do
+/// look out for the next loop for a while before they sleep, if there is a processor for each.
 ///
 /// A process that was forked off has none of its parent's threads: a pool that it inherits starts
 /// its own at the next loop.
@@ -23,8 +26,8 @@ class ThreadPool {
 
   int size() const { return size_; }
 
-  /// Calls body(thread, i) for i in [0, count), thread t taking i with i % size() == t, and returns
-  /// when all are done. `body` must not throw.
+  /// Calls body(thread, i) once for every i in [0, count), 0 <= thread < size() being no other's at
+  /// that time, and returns when all are done. `body` must not throw.
   template <typename Body>
   void parallel_for(int count, const Body& body) {
     run(count, std::cref(body));  // a reference fits into std::function without allocation
@@ -34,15 +37,18 @@ class ThreadPool {
   void start();
   void stop();
   void run(int count, const std::function<void(int, int)>& body);
+  void take_turns(int thread);
   void work(int thread);
 
   int size_;
+  bool may_spin_;
   unsigned process_;  // which it was started in, see process_generation()
   std::vector<std::thread> workers_;
   const std::function<void(int, int)>* body_ = nullptr;
-  int count_ = 0;
+  /// Loop, count and next index in one number: an index is taken of the loop at hand or not at all.
+  std::atomic<std::uint64_t> ticket_{0};
   std::atomic<int> generation_{0};
-  std::atomic<int> pending_{0};
+  std::atomic<int> pending_{0};  ///< indices that are not done
   std::atomic<bool> stopping_{false};
 };
 
