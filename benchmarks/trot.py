@@ -24,14 +24,24 @@ DISTURBANCE = 0.005  # standard deviation of what is added to measured velocitie
 
 # Where the payload is held, m; a team takes the first of them, a single robot stands below it.
 _ATTACH = ((0.0, 0.6, 0.0), (0.0, -0.6, 0.0), (1.4, 0.0, 0.0), (-1.4, 0.0, 0.0))
+_COLUMN = 1.4  # between the pairs of robots that a larger team walks in, m
 _DITCH_WIDTH, _DITCH_SPACING, _FIRST_DITCH = 0.05, 0.6, 0.5  # m
 
 
 def build_team(robots: int) -> Team:
-    """1 to 4 Laikagos that carry 8 kg each; two of them are the paper's team."""
-    attach = _ATTACH[:robots] if robots > 1 else ((0.0, 0.0, 0.0),)
-    carriers = tuple(Carrier(f"robot{i + 1}", place) for i, place in enumerate(attach))
+    """Laikagos that carry 8 kg each; two of them are the paper's team."""
+    carriers = tuple(Carrier(f"robot{i + 1}", place) for i, place in enumerate(_places(robots)))
     return Team(Payload(mass=8.0 * robots), carriers)
+
+
+def _places(robots: int) -> tuple[tuple[float, float, float], ...]:
+    if robots == 1:
+        return ((0.0, 0.0, 0.0),)
+    if robots <= len(_ATTACH):
+        return _ATTACH[:robots]
+    columns = (robots + 1) // 2
+    front = 0.5 * (columns - 1) * _COLUMN
+    return tuple((front - _COLUMN * (i // 2), _ATTACH[i % 2][1], 0.0) for i in range(robots))
 
 
 @lru_cache(maxsize=16)

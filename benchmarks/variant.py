@@ -15,7 +15,7 @@ Start = Literal["warm", "cold"]
 # within 1e-4 of what exact QPs give. To converge from cold it needs our tighter defaults.
 OSQP_STEP = {"absolute_tolerance": 1e-3, "relative_tolerance": 1e-3, "scaling_iterations": 4}
 
-MAX_ROBOTS = 4
+MAX_ROBOTS = 16
 EXACT_QPS = 3  # QPs per SQP iteration that solve its penalty subproblem in nearly all steps
 
 

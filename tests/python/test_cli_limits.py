@@ -86,7 +86,7 @@ def test_senseless_numbers_are_refused(words, option, kind, tmp_path, monkeypatc
         (["demo", "bar"], "--duration", "0.0001", "duration: 0.0001 s must be from 0.001"),
         (["demo", "bar"], "--delay", "0.0015", "sensors.delay: 0.0015 s must be whole"),
         (["demo", "bar"], "--velocity", "-0.5,0,9", "is over 1.5 m/s or 1.5 rad/s"),
-        (["bench", "horizon"], "--robots", "9", "--robots 9: teams of 1 to 4"),
+        (["bench", "horizon"], "--robots", "17", "--robots 17: teams of 1 to 16"),
         (["bench", "horizon"], "--horizons", "0", "values must be at least 1"),
         (["bench", "horizon"], "--horizons", "99999", "values must be at most 1000"),
         (["bench", "horizon"], "--horizons", "5,,6", "integers separated by commas"),

@@ -53,7 +53,7 @@ Rrd = Annotated[Path | None, typer.Option(metavar="FILE", help="For a Rerun reco
 
 @app.command()
 def horizon(
-    robots: Annotated[int, typer.Option(help="Size of the team, 1 to 4.")] = 2,
+    robots: Annotated[int, typer.Option(help="Size of the team, 1 to 16.")] = 2,
     horizons: Integers = "5,10,15,20,31",
     qp: Qp = "",
     threads: Threads = 1,
@@ -115,7 +115,7 @@ def solver(
 
 @app.command()
 def peers(
-    robots: Annotated[int, typer.Option(help="Size of the team, 1 to 4.")] = 2,
+    robots: Annotated[int, typer.Option(help="Size of the team, 1 to 16.")] = 2,
     horizon: Annotated[
         int, typer.Option(min=1, max=MOST_INTERVALS, help="Intervals of 1/30 s.")
     ] = 15,
