@@ -1,12 +1,14 @@
 // A planner at a fixed rate, with no Python in it: loads a folder that `Planner.save` wrote, plans
 // for its nominal model in closed loop, and prints how long plans take from measurement to plan
-// beside the solver's own time.
-// Usage: planner_rate FOLDER [HZ] [SECONDS] [--thread]
+// beside the solver's own time and its phases.
+// Usage: planner_rate FOLDER [HZ] [SECONDS] [--thread | --at-once]
+// With --thread the planner has a thread of its own; with --at-once it plans without a pause, and
+// HZ and SECONDS are of simulated time.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -32,34 +34,49 @@ void print(const char* name, const std::vector<double>& ms) {
 
 struct Times {
   std::vector<double> plan, solver;
+  std::vector<PhaseTimes> phases;
   int late = 0, unusable = 0;
 
   explicit Times(int ticks) {
     plan.reserve(static_cast<std::size_t>(ticks));
     solver.reserve(static_cast<std::size_t>(ticks));
+    phases.reserve(static_cast<std::size_t>(ticks));
+  }
+  void report_phase(const char* name, double PhaseTimes::* phase) const {
+    std::vector<double> ms;
+    for (const PhaseTimes& times : phases) ms.push_back(times.*phase);
+    print(name, ms);
   }
   void report() const {
     print("measurement to plan", plan);
     print("the solver's own", solver);
+    if (!phases.empty()) {
+      report_phase("  transcribe", &PhaseTimes::transcribe);
+      report_phase("  linearize", &PhaseTimes::linearize);
+      report_phase("  update", &PhaseTimes::update);
+      report_phase("  solve", &PhaseTimes::solve);
+      report_phase("  globalize", &PhaseTimes::globalize);
+    }
     std::printf("ratio p50 %.3f  p99 %.3f; missed deadlines %d, unusable plans %d, of %zu plans\n",
                 quantile(plan, 0.5) / quantile(solver, 0.5),
                 quantile(plan, 0.99) / quantile(solver, 0.99), late, unusable, plan.size());
   }
 };
 
-/// Plans on this thread: the deadline of a plan is the end of its period.
-Times run_here(TeamPlanner& planner, double period, int ticks) {
+/// Plans on this thread, at its rate or at once: the deadline of a plan is the end of its period.
+Times run_here(TeamPlanner& planner, double period, int ticks, bool at_once) {
   Times times(ticks);
   NominalLoop loop(planner);
   planner.settle(0.0, loop.state(), {0.4, 0.0, 0.0});
   const auto start = Clock::now();
   const auto due = [&](int n) { return start + n * std::chrono::duration<double>(period); };
   for (int n = 0; n < ticks; ++n) {
-    std::this_thread::sleep_until(due(n));
+    if (!at_once) std::this_thread::sleep_until(due(n));
     planner.solve(loop.time(), loop.state(), {0.4, 0.0, 0.0});
-    if (Clock::now() > due(n + 1)) ++times.late;
+    if (!at_once && Clock::now() > due(n + 1)) ++times.late;
     times.plan.push_back(planner.solve_ms());
-    times.solver.push_back(planner.solver().times().total());
+    times.phases.push_back(planner.solver().times());
+    times.solver.push_back(times.phases.back().total());
     if (!planner.has_usable_plan()) ++times.unusable;
     loop.advance(period);
   }
@@ -104,18 +121,22 @@ Times run_threaded(TeamPlanner& planner, double period, int ticks) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: planner_rate FOLDER [HZ] [SECONDS] [--thread]\n");
+    std::fprintf(stderr, "usage: planner_rate FOLDER [HZ] [SECONDS] [--thread | --at-once]\n");
     return EXIT_FAILURE;
   }
   const double rate = argc > 2 ? std::atof(argv[2]) : 1000.0;
   const double seconds = argc > 3 ? std::atof(argv[3]) : 60.0;
-  const bool is_threaded = argc > 4 && std::strcmp(argv[4], "--thread") == 0;
+  const std::string how = argc > 4 ? argv[4] : "";
+  const bool is_threaded = how == "--thread", at_once = how == "--at-once";
   const auto planner = load_planner(argv[1]);
   const int ticks = static_cast<int>(rate * seconds);
   const Times times = is_threaded ? run_threaded(*planner, 1.0 / rate, ticks)
-                                  : run_here(*planner, 1.0 / rate, ticks);
+                                  : run_here(*planner, 1.0 / rate, ticks, at_once);
   std::printf("%d robots, N = %d, %.0f Hz for %.0f s%s\n", planner->team().robots(),
-              planner->horizon(), rate, seconds, is_threaded ? ", own thread" : "");
+              planner->horizon(), rate, seconds,
+              is_threaded ? ", own thread"
+              : at_once   ? ", at once"
+                          : "");
   times.report();
   return times.late == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
