@@ -102,6 +102,25 @@ TEST_F(StampedPlanTest, AThreadPlansForWhenThePlanIsInUse) {
   EXPECT_NEAR(std::remainder(plan.time - 0.005, 1e-3), 0.0, 1e-9);
 }
 
+TEST_F(StampedPlanTest, AThreadCountsOnFeetThatHaveTheGround) {
+  const auto planner = load("planner");
+  const TeamState state = planner->nominal_state({});
+  settled(*planner);
+  Flags grounded(1, planner->team().feet());
+  for (int i = 0; i < grounded.size(); ++i)
+    grounded(i) = planner->clock(i / kFeet).is_due(i % kFeet, 0.2);
+  const int swings = grounded(1) ? 0 : 1;  // feet 0 and 1 take turns
+  grounded(swings) = true;
+  grounded(1 - swings) = false;
+  PlannerThread thread(*planner, {.deadline = 60.0});
+  thread.measure(0.2, state, kCommand, grounded);
+  while (!thread.has_news() && *thread.failure() == '\0') std::this_thread::yield();
+  const StampedPlan& plan = thread.latest();
+  ASSERT_EQ(plan.number, 1) << thread.failure();
+  EXPECT_TRUE(plan.contacts(0, swings));
+  EXPECT_FALSE(plan.contacts(0, 1 - swings));
+}
+
 TEST_F(StampedPlanTest, MissedDeadlinesEndWithASafeStop) {
   const auto planner = load("planner");
   const TeamState state = planner->nominal_state({});
