@@ -50,7 +50,8 @@ def interrupted(where, *arguments, cwd):
     ("where", "arguments"),
     [
         ("palanquin.problems.clm.solve.solve_case", ["solve", CASES / "stand.json"]),
-        ("palanquin.sim.runs.nominal.nominal_step", ["demo", "trot", "--no-video"]),
+        ("palanquin.sim.runs.nominal.nominal_step", ["demo", "trot", "--tracking", "kinematic"]),
+        ("palanquin.sim.runs.hands_physics.targets", ["demo", "trot", "--no-video"]),
         ("palanquin.sim.runs.physics.targets", ["demo", "bar", "--no-video"]),
         ("palanquin.sim.runs.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
         ("palanquin.benchmarks.measurement.take_turns", ["bench", "solver", "--quick"]),

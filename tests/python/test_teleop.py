@@ -88,6 +88,7 @@ def test_the_session_is_recorded_and_drives_a_demo(session, tmp_path):
     assert lines[-1]["end"] > lines[-2]["time"]
     figures = tmp_path / "figures.json"
     arguments = ["demo", "trot", "--commands", session[2], "--headless", "--no-video"]
+    arguments += ["--tracking", "kinematic"]  # as it was driven
     result = CliRunner().invoke(
         app, [*map(str, arguments), "--out", str(tmp_path), "--json", str(figures)]
     )
