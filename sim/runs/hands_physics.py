@@ -98,6 +98,8 @@ class HandsPlant(SimulatedRobots):
 
     def _push(self) -> None:
         """At the bodies' centres of mass; MuJoCo takes forces at those of links."""
+        if not (self._wrenches.any() or self.data.xfrc_applied.any()):
+            return
         centres = [self.data.xipos[self._bodies[0]]]
         centres += [self.simulation.observe(i).position for i in self._robots]
         for body, centre, wrench in zip(self._bodies, centres, self._wrenches, strict=True):

@@ -167,7 +167,7 @@ def test_resume_refuses_a_file_of_something_else(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["horizon", "--robots", "5"], "--robots 5"),
+        (["horizon", "--robots", "17"], "--robots 17"),
         (["horizon", "--horizons", "5,x"], "--horizons '5,x'"),
         (["horizon", "--horizons", "0"], "at least 1"),
         (["horizon", "--horizons", "5,5"], "differ"),
@@ -176,7 +176,7 @@ def test_resume_refuses_a_file_of_something_else(tmp_path):
         (["horizon", "--threads", "0"], "--threads"),
         (["horizon", "--json", "/nowhere/x.json"], "there is no folder"),
         (["horizon", "--out", __file__], "is a file"),
-        (["solver", "--robots", "1,9"], "--robots 9"),
+        (["solver", "--robots", "1,17"], "--robots 17"),
         (["peers", "--acados", "/nowhere"], "no acados there"),
         (["magic"], "magic"),
     ],
