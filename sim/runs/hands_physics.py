@@ -53,8 +53,7 @@ class HandsPlant(SimulatedRobots):
         steps = timesteps("a period of planner.rate", scenario.planner.period, at_least=1)
         self._planner, self._team = planner, planner.team
         self.scene = held_scene(scenario)
-        data = mujoco.MjData(self.scene.model)
-        data.qpos[:] = self.scene.start
+        data = self.scene.data()
         self._radii = [quadruped(robot.kind).foot_radius for robot in self.scene.team.robots]
         self._bodies = [
             self.scene.model.body(name).id
@@ -86,11 +85,9 @@ class HandsPlant(SimulatedRobots):
 
     def advance(self, period: float, orders: Orders) -> None:
         """So many physics steps as a period has, pushed; gaits change with the planner's."""
-        for change in orders.gait_changes:
-            for i, name in enumerate(self._team.robots):
-                if name in (change.robots or (name,)):
-                    gait = change.gait.gait.core
-                    self.simulation.change_gait(i, gait, self.time, change.at_once)
+        for robot, change in orders.changes_of(self._team.robots):
+            gait = change.gait.gait.core
+            self.simulation.change_gait(robot, gait, self.time, change.at_once)
         times = np.array([self.time])
         self._wrenches = mean_wrenches(orders.pushes, self._team.bodies, times, period)[0]
         self._push()

@@ -137,10 +137,8 @@ class Loop:
 
 def take_orders(planner: Planner, orders: Orders, time: float, team: RecordedTeam) -> None:
     """Has gaits change, and tells the planner of pushes that it may know of."""
-    for change in orders.gait_changes:
-        for robot, name in enumerate(team.names):
-            if name in (change.robots or (name,)):
-                planner.change_gait(robot, change.gait.gait, time, change.at_once)
+    for robot, change in orders.changes_of(team.names):
+        planner.change_gait(robot, change.gait.gait, time, change.at_once)
     known = [push for push in orders.pushes if push.known]
     knots = planner.plan_time
     planner.expect_wrenches(mean_wrenches(known, team.bodies, time + knots, float(knots[1])))

@@ -96,7 +96,8 @@ class Record:
     `multipliers` [T, L], the true ones (N/m for a free bar). In physics `foot_force` [T, R, 4, 3]
     of the ground on the feet at the period's end (N, world), `qpos` [T, nq] of the scene at its
     start, `bars` [T, R-1, 7], their poses then, and `output_error` [T, R, 6], virtual constraints:
-    position (m), orientation (rad).
+    position (m), orientation (rad); of hands also `torque_share` [T, R, 16], the motors' torques at
+    the period's end over their limits, in the order of `scenes.inverse_kinematics.JOINTS`.
 
     Build it with `RecordBuilder` or `load`. Construction raises InputError that names the array,
     its shape and the expected one, or a value that breaks a rule.

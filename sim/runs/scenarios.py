@@ -11,7 +11,7 @@ from palanquin.problems.layered.bar_planner import BarPlanner
 from palanquin.problems.layered.reference import within_circle, within_square
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.hands_physics import HandsPlant
-from palanquin.sim.runs.loop import Loop, Plant, Tick, number_of_ticks
+from palanquin.sim.runs.loop import Loop, Tick, number_of_ticks
 from palanquin.sim.runs.nominal import NominalPlant
 from palanquin.sim.runs.physics import PhysicsPlant
 from palanquin.sim.runs.record import Record
@@ -65,14 +65,11 @@ def loop_of(
 
 def _of_hands(scenario: Scenario, planner: clm.Planner, director: Director | None) -> Loop:
     start, period = scenario.start(planner), scenario.planner.period
+    director, team = director or scenario.script(), scenario.scene
+    if scenario.tracking != "physics":
+        return nominal(planner, team, director, scenario.duration, period, start)
     most = number_of_ticks(scenario.duration, period)
-    plant: Plant
-    if scenario.tracking == "physics":
-        plant = HandsPlant(scenario, planner)
-    else:
-        plant = NominalPlant(planner, period, start)
-    director = director or scenario.script()
-    return Loop(plant, planner, director, scenario.scene, period, most)
+    return Loop(HandsPlant(scenario, planner), planner, director, team, period, most)
 
 
 def nominal(

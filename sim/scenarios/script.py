@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -21,6 +21,13 @@ class Orders(Command):
 
     gait_changes: tuple[GaitChange, ...] = ()
     pushes: tuple[Push, ...] = ()
+
+    def changes_of(self, robots: Sequence[str]) -> Iterator[tuple[int, GaitChange]]:
+        """Each change of gait with the index of each robot, of those so named, that it is for."""
+        for change in self.gait_changes:
+            for index, name in enumerate(robots):
+                if name in (change.robots or (name,)):
+                    yield index, change
 
 
 class Director(Protocol):

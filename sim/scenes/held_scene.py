@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems.clm.team_plan import TeamState
+from palanquin.problems.quaternions import rotate
 from palanquin.problems.robots import quadruped
 from palanquin.sim.scenarios.team import Team
 from palanquin.sim.scenes.links import COLLISION_GROUP
@@ -29,12 +30,13 @@ class HeldScene:
     """A scene whose hands are welded to the payload at their grasp points, turned as they are at
     the start: equality `hold/<robot>` between the sites `<robot>/hand` and `hold/<robot>`.
 
-    `start` [nq] is its configuration there, `descriptions` what the robots' controllers know of
-    them, by name.
+    `start` [nq] and `motion` [nv] are its configuration and velocities there, `descriptions` what
+    the robots' controllers know of them, by name.
     """
 
     scene: Scene
     start: Array
+    motion: Array
     descriptions: dict[str, _sim.RobotDescription]
 
     @property
@@ -47,6 +49,12 @@ class HeldScene:
         """The compiled scene."""
         return self.scene.model
 
+    def data(self) -> mujoco.MjData:
+        """A fresh state at the start."""
+        data = mujoco.MjData(self.model)
+        data.qpos[:], data.qvel[:] = self.start, self.motion
+        return data
+
 
 def build_held_scene(
     team: Team, state: TeamState, friction: float, path: Array | None = None
@@ -55,7 +63,7 @@ def build_held_scene(
 
     Args:
         team: robots, payload, ground.
-        state: where the run begins; velocities do not matter.
+        state: where and how fast the run begins; joints are at rest against their trunks.
         friction: the ground's sliding coefficient.
         path: positions that the ground must reach beyond, see `build_scene`.
     """
@@ -69,14 +77,15 @@ def build_held_scene(
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     for robot in team.robots:
         _hold(spec, robot.name, data)
-    model = spec.compile()
+    model = spec.compile()  # sites and welds leave the configuration's layout as it was
     alone = {
         kind: describe_robot(armed_quadruped(quadruped(kind), visual=False))
         for kind in {robot.kind for robot in team.robots}
     }
     return HeldScene(
         Scene(team, spec, model),
-        _moved(bare.model, model, start),
+        start,
+        _velocities(model, team, state),
         {robot.name: alone[robot.kind] for robot in team.robots},
     )
 
@@ -89,6 +98,22 @@ def _pose(scene: Scene, state: TeamState) -> Array:
     for i in range(len(scene.team.robots)):
         RobotPoser(scene, i).pose(qpos, state.bodies[i + 1, :7], state.feet[i], payload)
     return qpos
+
+
+def _velocities(model: mujoco.MjModel, team: Team, state: TeamState) -> Array:
+    """Velocities [nv] of the free bodies, whose states' are of their centres of mass."""
+    motion = np.zeros(model.nv)
+
+    def move(joint: str, body: Array, centre: Array) -> None:
+        arm = rotate(body[3:7], centre)
+        spin = rotate(body[3:7], body[10:13])
+        first = int(model.joint(joint).dofadr[0])
+        motion[first : first + 6] = [*(body[7:10] - np.cross(spin, arm)), *body[10:13]]
+
+    move("payload", state.bodies[0], np.zeros(3))
+    for robot, body in zip(team.robots, state.bodies[1:], strict=True):
+        move(f"{robot.name}/free", body, np.asarray(robot.body.centre_of_mass))
+    return motion
 
 
 def _hold(spec: mujoco.MjSpec, robot: str, data: mujoco.MjData) -> None:
@@ -112,13 +137,3 @@ def _hold(spec: mujoco.MjSpec, robot: str, data: mujoco.MjData) -> None:
         name2=f"hold/{robot}",
         solref=_HOLD_SOLREF,
     )
-
-
-def _moved(old: mujoco.MjModel, new: mujoco.MjModel, qpos: Array) -> Array:
-    """The configuration of the joints of `old` as `new` has them: addresses may have moved."""
-    moved = new.qpos0.copy()
-    for joint in range(old.njnt):
-        size = 7 if old.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE else 1
-        name, first = old.joint(joint).name, int(old.jnt_qposadr[joint])
-        moved[joint_slice(new, name, size)] = qpos[first : first + size]
-    return moved

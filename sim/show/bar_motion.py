@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -15,26 +14,18 @@ from palanquin.sim.scenarios.bar_team import ATTACH
 from palanquin.sim.scenes.bar_scene import BarScene
 from palanquin.sim.scenes.inverse_kinematics import LEG_JOINTS, InverseKinematics
 from palanquin.sim.scenes.scene import joint_slice
+from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.swing import foot_path
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class BarMotion:
-    """Configurations `qpos` [F, nq] of a scene at the times `time` [F], s."""
-
-    scene: BarScene
-    time: Array
-    qpos: Array
-
-
-def motion_of(record: Record, scene: BarScene, frame_rate: float = 60.0) -> BarMotion:
+def motion_of(record: Record, scene: BarScene, frame_rate: float = 60.0) -> JointMotion[BarScene]:
     """A run's motion at its ticks; in physics as it was, of a reduced run at most `frame_rate` (Hz)
     times a second, with legs by inverse kinematics and feet that swing between their footholds.
     """
     if "qpos" in record.more:
-        return BarMotion(scene, record.time, record.more["qpos"])
+        return JointMotion(scene, record.time, record.more["qpos"])
     frames = slice(None, None, max(1, round(1 / (frame_rate * record.period))))
     time, poser = record.time[frames], BarPoser(scene)
     feet = np.stack(
@@ -45,7 +36,7 @@ def motion_of(record: Record, scene: BarScene, frame_rate: float = 60.0) -> BarM
         axis=1,
     )
     poses = zip(record.bodies[frames], feet, strict=True)
-    return BarMotion(scene, time, np.array([poser.pose(*pose) for pose in poses]))
+    return JointMotion(scene, time, np.array([poser.pose(*pose) for pose in poses]))
 
 
 class BarPoser:

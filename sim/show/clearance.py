@@ -39,7 +39,7 @@ class Clearance:
     other: str = ""
 
 
-def smallest_clearances(trajectory: JointMotion, every: int = 2) -> dict[str, Clearance]:
+def smallest_clearances(trajectory: JointMotion[Scene], every: int = 2) -> dict[str, Clearance]:
     """The smallest distances over every so many frames of a trajectory, by what they are from.
 
     `obstacles`: of robots and payload from them. `robots`: of robots from each other. `payload`: of
@@ -61,7 +61,7 @@ def smallest_clearances(trajectory: JointMotion, every: int = 2) -> dict[str, Cl
     return least
 
 
-def clearance_figures(trajectory: JointMotion) -> dict[str, Any]:
+def clearance_figures(trajectory: JointMotion[Scene]) -> dict[str, Any]:
     """The smallest distances by kind, for JSON."""
     return {
         kind: {"distance_m": least.distance, "time_s": least.time, "of": [least.body, least.other]}

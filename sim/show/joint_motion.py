@@ -1,19 +1,26 @@
-"""Joints of a team over time, whoever found them: inverse kinematics or physics."""
+"""Joints of robots over time, whoever found them: inverse kinematics or physics."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from palanquin.sim.scenes.bar_scene import BarScene
 from palanquin.sim.scenes.scene import Scene
+
+AnyScene = TypeVar("AnyScene", Scene, BarScene)
 
 
 @dataclass(frozen=True)
-class JointMotion:
-    """A team in its scene: configurations `qpos` [F, nq] of `scene.model` at `time` [F] (s)."""
+class JointMotion(Generic[AnyScene]):
+    """A scene's configurations `qpos` [F, nq] at the times `time` [F], s."""
 
-    scene: Scene
+    scene: AnyScene
     time: NDArray[np.float64]
     qpos: NDArray[np.float64]
+
+
+AnyMotion = JointMotion[Scene] | JointMotion[BarScene]

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class KinematicTrajectory(JointMotion):
+class KinematicTrajectory(JointMotion[Scene]):
     """Joint motion that follows a plan.
 
     `foot_error` [F, R, 4] and `hand_error` [F, R] are distances (m) between where a foot or hand

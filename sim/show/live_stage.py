@@ -56,7 +56,7 @@ class Stage(Protocol):
 
 
 class HandsStage:
-    """A team with a payload in its hands, its joints by inverse kinematics."""
+    """A team with a payload in its hands as it is simulated, or by inverse kinematics."""
 
     followed = "payload"
 
@@ -73,6 +73,9 @@ class HandsStage:
 
     def qpos(self, tick: Tick) -> Array:
         """As of `Stage`."""
+        simulated = tick.values.get("qpos")
+        if simulated is not None:
+            return simulated
         payload, *robots = tick.seen.bodies[:, :7]
         self._qpos[self._payload] = payload
         for poser, body, feet in zip(self._posers, robots, self._feet.at(tick), strict=True):

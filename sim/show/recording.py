@@ -4,11 +4,10 @@ from pathlib import Path
 
 from palanquin.sim.errors import require_rerun
 from palanquin.sim.runs.record import Record
-from palanquin.sim.show.bar_motion import BarMotion
-from palanquin.sim.show.joint_motion import JointMotion
+from palanquin.sim.show.joint_motion import AnyMotion
 
 
-def write_recording(record: Record, shown: JointMotion | BarMotion, path: Path) -> None:
+def write_recording(record: Record, shown: AnyMotion, path: Path) -> None:
     """Write `path` (.rrd), which opens on a 3D view beside plots of the run.
 
     `shown`: the joints' motion of a team with its payload, or of robots on bars in their scene.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.record import Record
+from palanquin.sim.scenes.scene import Scene
 from palanquin.sim.show.graphics import offscreen_context
 from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.overlay import draw_plan
@@ -33,7 +34,7 @@ class Motion:
     overlay: Overlay = lambda scene, time: None
 
 
-def planned_motion(trajectory: JointMotion, rollout: Record) -> Motion:
+def planned_motion(trajectory: JointMotion[Scene], rollout: Record) -> Motion:
     """A run of hands with the plan of the time."""
 
     def overlay(scene: mujoco.MjvScene, time: float) -> None:

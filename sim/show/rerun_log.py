@@ -14,8 +14,8 @@ from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.tracking import tracking_error
 from palanquin.sim.scenes.inverse_kinematics import JOINTS
 from palanquin.sim.scenes.palette import FORCE, PAYLOAD_PLAN, PUSH, Colour, robot_colour
-from palanquin.sim.show.bar_motion import BarMotion
-from palanquin.sim.show.joint_motion import JointMotion
+from palanquin.sim.scenes.scene import Scene
+from palanquin.sim.show.joint_motion import AnyMotion
 from palanquin.sim.show.kinematic import KinematicTrajectory
 from palanquin.sim.show.overlay import (
     METRES_PER_NEWTON,
@@ -37,21 +37,20 @@ FRAME_RATE = 60
 """Of what moves in the 3D view at most, Hz; curves have every tick."""
 
 
-def write(record: Record, shown: JointMotion | BarMotion, path: Path) -> None:
+def write(record: Record, shown: AnyMotion, path: Path) -> None:
     """Write the recording; see `palanquin.sim.show.recording.write_recording`."""
     recording = rr.RecordingStream("palanquin")
     recording.save(path, default_blueprint=blueprint(record))
     recording.log("/", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     frames, drawn = slice(None, None, _every(record.time)), slice(None, None, _every(shown.time))
-    model = shown.scene.model
-    if isinstance(shown, JointMotion):
-        log_bodies(recording, model, shown.time[drawn], shown.qpos[drawn])
-        log_terrain(recording, "world/terrain", shown.scene, record.x.reshape(-1, 13)[:, :3])
-        if isinstance(shown, KinematicTrajectory):
-            _log_kinematics(recording, record, shown)
+    scene = shown.scene
+    log_bodies(recording, scene.model, shown.time[drawn], shown.qpos[drawn])
+    if isinstance(scene, Scene):
+        log_terrain(recording, "world/terrain", scene, record.x.reshape(-1, 13)[:, :3])
     else:
-        log_bodies(recording, model, shown.time[drawn], shown.qpos[drawn])
-        log_ground(recording, model)
+        log_ground(recording, scene.model)
+    if isinstance(shown, KinematicTrajectory):
+        _log_kinematics(recording, record, shown)
     _log_forces(recording, record, frames)
     _log_wrenches(recording, record, frames)
     _log_plan(recording, record, frames)

@@ -71,6 +71,18 @@ def test_hands_stay_where_they_hold(trot):
             np.testing.assert_allclose(hand.xmat, hold.xmat, atol=0.02)
 
 
+def test_a_seed_moves_bodies_from_the_start():
+    scenario = TROT.changed(seed=5)
+    plant = loop_of(scenario).plant
+    state = scenario.start_state()
+    measured = plant.measure().bodies
+    np.testing.assert_allclose(measured[0], state.bodies[0], atol=1e-9)
+    moving = [*range(3, 7), *range(10, 13)]  # trunks; the centre of mass is that of the pose
+    np.testing.assert_allclose(measured[1:, moving], state.bodies[1:, moving], atol=1e-9)
+    np.testing.assert_allclose(measured[1:, 7:10], state.bodies[1:, 7:10], atol=0.01)
+    assert np.abs(measured[1:, 7:10]).max() > 0.03
+
+
 def test_feet_below_the_load_bear_alike():
     def share_of_front_feet(feet_below):
         settings = {**dict(TROT.planner), "feet_below": feet_below}

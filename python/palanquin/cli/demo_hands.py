@@ -16,6 +16,7 @@ from palanquin.sim.runs.hands_physics import held_scene
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.scenarios import loop_of
 from palanquin.sim.scenarios import Scenario
+from palanquin.sim.scenes.scene import Scene
 from palanquin.sim.show.clearance import clearance_figures
 from palanquin.sim.show.joint_motion import JointMotion
 from palanquin.sim.show.kinematic import track
@@ -30,7 +31,7 @@ class HandsDemo:
         self._scenario = scenario
         self._planner: Planner
         self._record: Record
-        self._motion: JointMotion
+        self._motion: JointMotion[Scene]
 
     def run(self, progress: Bars) -> Record:
         """Plans live, then finds the joints' motion."""
@@ -40,7 +41,7 @@ class HandsDemo:
         self._motion = self.find_motion(progress)
         return self._record
 
-    def find_motion(self, progress: Bars) -> JointMotion:
+    def find_motion(self, progress: Bars) -> JointMotion[Scene]:
         """Of the joints, from the record."""
         raise NotImplementedError
 
@@ -126,7 +127,7 @@ class HandsDemo:
 class KinematicDemo(HandsDemo):
     """The nominal model, shown by inverse kinematics."""
 
-    def find_motion(self, progress: Bars) -> JointMotion:
+    def find_motion(self, progress: Bars) -> JointMotion[Scene]:
         """By inverse kinematics."""
         self._joints = track(self._record, progress=progress("tracking", 1.0))
         return self._joints
@@ -139,7 +140,7 @@ class KinematicDemo(HandsDemo):
 class PhysicsDemo(HandsDemo):
     """Robots with controllers in simulated physics."""
 
-    def find_motion(self, progress: Bars) -> JointMotion:
+    def find_motion(self, progress: Bars) -> JointMotion[Scene]:
         """As simulated."""
         scene = held_scene(self._scenario).scene
         return JointMotion(scene, self._record.time, self._record.more["qpos"])
