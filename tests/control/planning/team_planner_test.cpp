@@ -58,6 +58,34 @@ TEST_F(TeamPlannerTest, NoFootStepsIntoADitch) {
   EXPECT_GT(loop.state().bodies(0, 0), 1.4);
 }
 
+TEST_F(TeamPlannerTest, FeetStartWhereTheLastPlanLandsThem) {
+  const auto planner = load("planner");
+  NominalLoop loop(*planner);
+  planner->settle(0.0, loop.state(), kCommand);
+  const Eigen::Index last_with_feet = planner->horizon() - 1;
+  int landings = 0;
+  for (int n = 0; n < 90; ++n) {
+    loop.advance(1.0 / 90.0);  // a third of a knot's distance
+    const RowMatrix plan = planner->solver().trajectory();
+    const Instant then = planner->instant();
+    planner->solve(loop.time(), loop.state(), kCommand);
+    for (Eigen::Index k = 0; k <= last_with_feet; ++k) {
+      const double at = (loop.time() - then.time) / planner->spacing() + static_cast<double>(k);
+      const auto before = static_cast<Eigen::Index>(at + 1e-6);
+      if (before + 1 > last_with_feet) break;
+      for (int i = 0; i < planner->team().feet(); ++i) {
+        if (!planner->instant().contacts(k, i) || then.contacts(before, i) ||
+            !then.contacts(before + 1, i))
+          continue;
+        const int slot = planner->slots().feet[static_cast<std::size_t>(i)];
+        EXPECT_EQ(planner->guess().row(k).segment<3>(slot), plan.row(before + 1).segment<3>(slot));
+        ++landings;
+      }
+    }
+  }
+  EXPECT_GT(landings, 20);
+}
+
 TEST_F(TeamPlannerTest, FailuresKeepThePlanAndEndWithARestart) {
   const auto planner = load("planner");
   const TeamState state = planner->nominal_state({});
