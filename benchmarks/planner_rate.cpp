@@ -32,9 +32,22 @@ void print(const char* name, const std::vector<double>& ms) {
               quantile(ms, 0.95), quantile(ms, 0.99), quantile(ms, 1.0));
 }
 
+/// How often the machine stopped a loop that only reads the clock: no program is faster than that.
+struct Stalls {
+  int count = 0;
+  double longest_ms = 0.0, waited_ms = 0.0;
+
+  void see(double ms) {
+    if (ms > 0.1) ++count;
+    longest_ms = std::max(longest_ms, ms);
+    waited_ms += ms;
+  }
+};
+
 struct Times {
   std::vector<double> plan, solver;
   std::vector<PhaseTimes> phases;
+  Stalls stalls;
   int late = 0, unusable = 0;
 
   explicit Times(int ticks) {
@@ -60,8 +73,21 @@ struct Times {
     std::printf("ratio p50 %.3f  p99 %.3f; missed deadlines %d, unusable plans %d, of %zu plans\n",
                 quantile(plan, 0.5) / quantile(solver, 0.5),
                 quantile(plan, 0.99) / quantile(solver, 0.99), late, unusable, plan.size());
+    if (stalls.waited_ms > 0.0)
+      std::printf("beside it, in %.1f s of waiting, the machine stalled %d times for over 0.1 ms, "
+                  "at most for %.2f ms\n",
+                  1e-3 * stalls.waited_ms, stalls.count, stalls.longest_ms);
   }
 };
+
+/// Waits awake, as a program at a rate does, and counts how often the machine stopped even this.
+void await(Clock::time_point due, Stalls& stalls) {
+  for (auto last = Clock::now(); last < due;) {
+    const auto now = Clock::now();
+    stalls.see(std::chrono::duration<double, std::milli>(now - last).count());
+    last = now;
+  }
+}
 
 /// Plans on this thread, at its rate or at once: the deadline of a plan is the end of its period.
 Times run_here(TeamPlanner& planner, double period, int ticks, bool at_once) {
@@ -69,9 +95,12 @@ Times run_here(TeamPlanner& planner, double period, int ticks, bool at_once) {
   NominalLoop loop(planner);
   planner.settle(0.0, loop.state(), {0.4, 0.0, 0.0});
   const auto start = Clock::now();
-  const auto due = [&](int n) { return start + n * std::chrono::duration<double>(period); };
+  const auto due = [&](int n) {
+    return start + std::chrono::duration_cast<Clock::duration>(
+                       n * std::chrono::duration<double>(period));
+  };
   for (int n = 0; n < ticks; ++n) {
-    if (!at_once) std::this_thread::sleep_until(due(n));
+    if (!at_once) await(due(n), times.stalls);
     planner.solve(loop.time(), loop.state(), {0.4, 0.0, 0.0});
     if (!at_once && Clock::now() > due(n + 1)) ++times.late;
     times.plan.push_back(planner.solve_ms());
