@@ -57,6 +57,7 @@ def build_clm(
                 carrier.gait,
                 weights=weights,
                 holds_inputs=holds_inputs,
+                motors=carrier.motors,
             )
         )
         problem.add(m.Grasp(payload, robot, carrier.attach, carrier.yaw))

@@ -16,7 +16,7 @@ from palanquin.problems.clm.formation import Formation
 from palanquin.problems.gaits import Gait, trot
 from palanquin.problems.mirrored import Mirrored
 from palanquin.problems.modules.grasp import Hand
-from palanquin.problems.robots import LAIKAGO, SingleRigidBody
+from palanquin.problems.robots import LAIKAGO, Motors, SingleRigidBody
 
 # Table I prints (1.6, 24, 1.6) for the payload, which no body has (24 > 1.6 + 1.6); kept as the
 # default because it is the paper's. A rod along y of the same moment has (24, 1.6, 24).
@@ -53,6 +53,7 @@ class Carrier:
         model: the robot as a single rigid body; positions relative to its centre of mass.
         yaw: reference heading relative to the payload's, rad.
         gait: which it walks with unless told otherwise.
+        motors: what moves it, if torques shall be limited.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Carrier:
     model: SingleRigidBody = field(default_factory=LAIKAGO.single_rigid_body)
     yaw: float = 0.0
     gait: Gait = field(default_factory=trot)
+    motors: Motors | None = None
 
     def __post_init__(self) -> None:
         checks.array(f"{self.name}.attach", self.attach, 3)
@@ -138,6 +140,7 @@ class Team(Mirrored):
                 model=hand.robot.model,
                 yaw=hand.yaw,
                 gait=hand.robot.gait or trot(),
+                motors=hand.robot.motors,
             )
             for hand in hands
         )

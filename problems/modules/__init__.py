@@ -1,10 +1,12 @@
 """Reusable pieces of problems; `Problem.add` takes them and returns their handles."""
 
+from palanquin.problems.modules.arm_torque import ArmTorque
 from palanquin.problems.modules.ditches import Ditches, DitchField
 from palanquin.problems.modules.families import FAMILIES, Family, add_options, unit_of
 from palanquin.problems.modules.grasp import Grasp, Hand
 from palanquin.problems.modules.ground import Ground
 from palanquin.problems.modules.leg import Foot, Leg
+from palanquin.problems.modules.leg_torque import LegTorque
 from palanquin.problems.modules.obstacles import ObstacleField, Obstacles
 from palanquin.problems.modules.quadruped import ArmedQuadruped, Quadruped
 from palanquin.problems.modules.rigid_body import GRAVITY, Body, RigidBody
@@ -17,6 +19,7 @@ __all__ = [
     "FAMILIES",
     "GRAVITY",
     "TABLE_I",
+    "ArmTorque",
     "ArmedQuadruped",
     "Body",
     "DitchField",
@@ -27,6 +30,7 @@ __all__ = [
     "Ground",
     "Hand",
     "Leg",
+    "LegTorque",
     "ObstacleField",
     "Obstacles",
     "Quadruped",

@@ -33,6 +33,7 @@ class Hand:
         yaw: the robot's reference heading relative to the payload's, rad.
         force: what the payload exerts on the hand, world axes, N, [3].
         torque: moment that the payload exerts on the hand, world axes, N m, [3].
+        position: of the grasp point in the world, m, [3].
     """
 
     payload: Body
@@ -41,6 +42,7 @@ class Hand:
     yaw: float
     force: Expression
     torque: Expression
+    position: Expression
 
 
 class Grasp:
@@ -91,4 +93,5 @@ class Grasp:
         problem.inequality("arm", reach, policy=ARM.policy, robot=name, limb="hand")  # (8b)
         problem.residual(f"{name}.hand.force", force, weight=force_weight)  # (13b)
         problem.residual(f"{name}.hand.torque", torque, weight=torque_weight)
-        return Hand(payload, self.robot, self.attach, self.yaw, force, torque)
+        position = payload.position + payload_arm
+        return Hand(payload, self.robot, self.attach, self.yaw, force, torque, position)

@@ -11,7 +11,14 @@ from palanquin.problems.modules.leg import Foot, Leg
 from palanquin.problems.modules.rigid_body import Body, RigidBody
 from palanquin.problems.modules.tracking import Tracking
 from palanquin.problems.modules.weights import TABLE_I, Weights
-from palanquin.problems.robots import FEET, Arm, QuadrupedModel, SingleRigidBody
+from palanquin.problems.robots import (
+    DYNAARM,
+    FEET,
+    Arm,
+    Motors,
+    QuadrupedModel,
+    SingleRigidBody,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +34,7 @@ class Quadruped:
     weights: Weights
     gait: Gait | None
     hold: Expression | None = None
+    motors: Motors | None = None
 
 
 class ArmedQuadruped:
@@ -45,6 +53,7 @@ class ArmedQuadruped:
         weights: default weights.
         holds_inputs: whether forces of feet and hand may keep their value for several knots: adds
             the flag `<name>.hold`, which must be 0 at the first knot.
+        motors: what moves it, for limits of torques; a robot's own with a DynaArm unless told.
     """
 
     def __init__(
@@ -55,9 +64,13 @@ class ArmedQuadruped:
         arm: Arm = "massless",
         weights: Weights = TABLE_I,
         holds_inputs: bool = False,
+        motors: Motors | None = None,
     ) -> None:
         self.name = name
-        self.model = model.single_rigid_body(arm) if isinstance(model, QuadrupedModel) else model
+        if isinstance(model, QuadrupedModel):
+            motors = motors or model.motors(DYNAARM, arm)
+            model = model.single_rigid_body(arm)
+        self.model, self.motors = model, motors
         self.gait = gait
         self.weights = weights
         self.holds_inputs = holds_inputs
@@ -97,4 +110,4 @@ class ArmedQuadruped:
             )
             for f, limb in enumerate(FEET)
         )
-        return Quadruped(name, body, feet, model, weights, self.gait, hold)
+        return Quadruped(name, body, feet, model, weights, self.gait, hold, self.motors)

@@ -14,6 +14,7 @@ from palanquin.problems.robots.model import (
     load_arm,
     load_quadruped,
 )
+from palanquin.problems.robots.motors import ArmMotors, LegMotors, Motors
 
 _FOLDER = Path(__file__).parent
 
@@ -43,8 +44,11 @@ __all__ = [
     "QUADRUPEDS",
     "Arm",
     "ArmModel",
+    "ArmMotors",
     "Joint",
+    "LegMotors",
     "Link",
+    "Motors",
     "QuadrupedModel",
     "SingleRigidBody",
     "quadruped",

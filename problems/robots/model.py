@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from palanquin.errors import ProblemError
+from palanquin.problems.robots.motors import ArmMotors, LegMotors, Motors
 
 FEET = ("LF", "RF", "LH", "RH")
 
@@ -82,6 +83,26 @@ class ArmModel:
         """Total mass of the arm (kg)."""
         return sum(link.mass for link in self.links.values())
 
+    def motors(self, base: Vector) -> ArmMotors:
+        """Of an arm whose base is at `base` [3], m."""
+        yaw, shoulder, elbow, roll = (joint.offset for joint in self.joints.values())
+        parts = [(self.links["elbow"], (0.0, 0.0, 0.0)), (self.links["forearm"], roll)]
+        mass = sum(link.mass for link, _ in parts)
+        centre = tuple(
+            sum(link.mass * (start[axis] + link.com[axis]) for link, start in parts) / mass
+            for axis in (0, 2)
+        )
+        return ArmMotors(
+            shoulder=tuple(map(sum, zip(base, yaw, shoulder, strict=True))),
+            upper=elbow[2],
+            hand=(roll[0], roll[2] + self.tool_length),
+            upper_mass=self.links["upper_arm"].mass,
+            upper_centre=self.links["upper_arm"].com[2],
+            fore_mass=mass,
+            fore_centre=centre,
+            efforts=tuple(joint.effort for joint in self.joints.values()),
+        )
+
 
 @dataclass(frozen=True)
 class QuadrupedModel:
@@ -128,6 +149,29 @@ class QuadrupedModel:
         x, y = self.joints["hip"].offset[0], self.joints["hip"].offset[1]
         y += self.joints["thigh"].offset[1]
         return tuple((front * x, left * y, 0.0) for front, left in map(side, FEET))
+
+    @property
+    def arm_base(self) -> Vector:
+        """Where the base of an arm stands in the trunk frame (m).
+
+        The planner's arm stems from a point inside the trunk (x = 0.15 m on the Laikago). A real
+        one is mounted at the same x with its yaw joint on the trunk's back, the base sunk into it.
+        """
+        return (self.lumped.arm[0], 0.0, self.trunk_centre[2] + self.trunk_size[2] / 2)
+
+    def motors(self, carried: ArmModel, arm: Arm = "massless") -> Motors:
+        """Of legs and of the `carried` arm, relative to the centre of mass of the lumped model."""
+        c = self.single_rigid_body(arm).centre_of_mass
+        axes = tuple(subtract(self.leg_joint(foot, "hip").offset, c) for foot in FEET)
+        legs = LegMotors(
+            roll_axes=axes,
+            sideways=self.joints["thigh"].offset[1],
+            thigh=self.thigh_length,
+            calf=self.calf_length,
+            foot_radius=self.foot_radius,
+            efforts=tuple(self.joints[name].effort for name in ("hip", "thigh", "calf")),
+        )
+        return Motors(legs, carried.motors(subtract(self.arm_base, c)))
 
     def leg_link(self, foot: str, name: str) -> Link:
         """The link `name` (hip, thigh, calf or foot) of leg `foot`, mirrored from the left front

@@ -13,6 +13,8 @@ _PLANNER = {
     "footholds": "raibert",
     "feet_below": "load",
     "ditch_margin": 0.01,
+    "leg_torque": {},
+    "arm_torque": {},
 }
 _WEIGHTS = {"foothold": (30.0, 30.0, 30.0), "torque": (1e-4, 1e-4, 1e-4)}
 
@@ -24,7 +26,8 @@ def physical(scenario: Scenario) -> Scenario:
     Arms have their masses and the payload the inertia of its shape, whatever the planner's model
     would do with; planner settings that the scenario leaves open are those that walk under torque
     limits: 100 plans a second, footholds that look ahead and are centred below robot and load,
-    loosely held to their references, beyond a centimetre of ditches, and hand torques with a price.
+    loosely held to their references, beyond a centimetre of ditches, hand torques with a price, and
+    forces and wrenches that the motors of standing legs and of arms can bear.
     """
     planner = scenario.planner
     weights = {k: v for k, v in _WEIGHTS.items() if k not in planner.weights.model_fields_set}

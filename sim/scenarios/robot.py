@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, Field
 
 from palanquin.problems import clm
-from palanquin.problems.robots import QUADRUPEDS, Arm, SingleRigidBody, quadruped
+from palanquin.problems.robots import DYNAARM, QUADRUPEDS, Arm, SingleRigidBody, quadruped
 from palanquin.schema import Finite, Strict
 from palanquin.sim.scenarios.gait import GaitChoice
 from palanquin.sim.scenarios.team import Member
@@ -39,7 +39,8 @@ class Robot(Strict):
 
     def carrier(self) -> clm.Carrier:
         """The robot as the planner knows it."""
-        return clm.Carrier(self.name, self.attach, self.body, self.yaw, self.gait.gait)
+        motors = quadruped(self.model).motors(DYNAARM, self.arm)
+        return clm.Carrier(self.name, self.attach, self.body, self.yaw, self.gait.gait, motors)
 
     def member(self) -> Member:
         """The robot as the scene shows it."""

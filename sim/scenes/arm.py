@@ -13,21 +13,11 @@ JOINTS = ("arm_yaw", "arm_shoulder", "arm_elbow", "arm_roll")
 _LINKS = ("shoulder", "upper_arm", "elbow", "forearm")
 
 
-def arm_mount(model: QuadrupedModel) -> tuple[float, float, float]:
-    """Where the arm's base stands in the trunk frame (m).
-
-    The planner's arm stems from a point inside the trunk (x = 0.15 m on the Laikago). The real
-    one is mounted at the same x with its yaw joint on the trunk's back, the base sunk into it.
-    """
-    top = model.trunk_centre[2] + model.trunk_size[2] / 2
-    return (model.lumped.arm[0], 0.0, top)
-
-
 def add_arm(
     spec: mujoco.MjSpec, trunk: mujoco.MjsBody, model: QuadrupedModel, paint: Paint | None
 ) -> None:
     """Add the arm to `trunk`, its hand as site `hand`."""
-    parent = trunk.add_body(name="arm_base", pos=arm_mount(model))
+    parent = trunk.add_body(name="arm_base", pos=model.arm_base)
     set_inertia(parent, DYNAARM.links["base"])
     if paint:
         paint.cylinder(parent, (0, 0, -0.01), 0.062, 0.05, "z", "metal")

@@ -6,6 +6,7 @@ import pytest
 
 from palanquin.problem import Problem
 from palanquin.problems import clm
+from palanquin.problems.robots import DYNAARM, LAIKAGO
 from palanquin.problems.terrains import Ramp
 
 
@@ -67,11 +68,12 @@ class Evaluation:
 @pytest.fixture(scope="session")
 def team():
     """Two Laikagos at the ends of a beam."""
+    motors = LAIKAGO.motors(DYNAARM)
     return clm.Team(
         clm.Payload(),
         (
-            clm.Carrier("left", attach=(0.0, 0.6, 0.0)),
-            clm.Carrier("right", attach=(0.1, -0.6, 0.0), yaw=0.4),
+            clm.Carrier("left", attach=(0.0, 0.6, 0.0), motors=motors),
+            clm.Carrier("right", attach=(0.1, -0.6, 0.0), yaw=0.4, motors=motors),
         ),
     )
 

@@ -28,6 +28,10 @@ PROBLEMS = {
         )
     },
     "hand cones": {"hand_cone": m.WrenchCone(), "holds_inputs": True},
+    "torques": {
+        "terrain": Ramp(height=1.6, slope=0.8, x=3.0),
+        "limits": {"leg_torque": m.LegTorque(), "arm_torque": m.ArmTorque()},
+    },
     "height map": {"terrain": HeightMap(np.random.default_rng(0).uniform(-0.1, 0.1, (9, 12)))},
 }
 

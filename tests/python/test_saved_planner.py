@@ -12,6 +12,8 @@ from palanquin.errors import LoweringError
 from palanquin.problems import clm, gaits, terrains
 from palanquin.problems.foothold_courses import stepping_stones
 from palanquin.problems.height_map import HeightMap
+from palanquin.problems.modules import ArmTorque, LegTorque
+from palanquin.problems.robots import DYNAARM, LAIKAGO
 from palanquin.settings import configure
 from palanquin.sim.runs.nominal import follow
 
@@ -22,12 +24,16 @@ ROUGH = np.random.default_rng(0).uniform(-0.03, 0.03, (30, 40))
 
 def team():
     left, right = (0.0, 0.6, 0.0), (0.0, -0.6, 0.0)
-    carriers = (clm.Carrier("left", left), clm.Carrier("right", right, yaw=0.1))
+    motors = LAIKAGO.motors(DYNAARM)
+    carriers = (
+        clm.Carrier("left", left, motors=motors),
+        clm.Carrier("right", right, yaw=0.1, motors=motors),
+    )
     return clm.Team(clm.Payload(), carriers)
 
 
-def planner_for(terrain, ditches=(), **options):
-    problem = clm.build_clm(team(), horizon=6, terrain=terrain, ditches=len(ditches))
+def planner_for(terrain, ditches=(), limits=None, **options):
+    problem = clm.build_clm(team(), horizon=6, terrain=terrain, ditches=len(ditches), limits=limits)
     return clm.Planner(problem, terrain, ditches, **options)
 
 
@@ -72,6 +78,9 @@ def sense(robot, foot, has_ground):
 PLANNERS = {
     "ramp": lambda: planner_for(terrains.Ramp(1.6, 0.6, 0.5), footholds="raibert"),
     "loaded": lambda: planner_for(terrains.Flat(), team=replace(team(), feet_below="load")),
+    "torques": lambda: planner_for(
+        terrains.Flat(), limits={"leg_torque": LegTorque(0.3), "arm_torque": ArmTorque(0.5)}
+    ),
     "ditches": lambda: planner_for(
         terrains.Flat(0.1), [[1.0, 0.0, -0.6, 0.15], [1.0, 0.1, -1.1, 0.1]], candidates=2
     ),

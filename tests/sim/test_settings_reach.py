@@ -41,6 +41,11 @@ def held(planner):
     return planner.params["left.hold"].ravel().tolist() if "left.hold" in planner.params else []
 
 
+def torque_limits(limb):
+    name = f"left.{limb}_torque_limits"
+    return lambda p: p.params[name][0].tolist() if name in p.params else []
+
+
 CONE = {"grip": 111.0, "friction": 0.11, "torsion": 0.011, "half_size": 0.0111}
 WEIGHTS = {
     "position": ("left.weight.position", [1.5, 2.5, 3.5]),
@@ -66,6 +71,8 @@ PLANNER = {
     "footholds": ("raibert", lambda p: p.footholds, "raibert"),
     "feet_below": ("load", lambda p: p.team.feet_below, "load"),
     "input_blocks": (3, lambda p: held(p)[:7], [0, 1, 1, 0, 1, 1, 0]),
+    "leg_torque": ({"share": 0.5}, torque_limits("leg"), [10.0, 27.5, 27.5]),
+    "arm_torque": ({"share": 0.5}, torque_limits("arm"), [20.0] * 4),
     "friction": (0.55, parameter("terrain.friction"), [0.55]),
 }
 ELSEWHERE = {"rate", "ditch_margin", "weights", "hand_cone", "penalties", "clearance"}
