@@ -16,6 +16,7 @@ ROOMS = {
     "solvers": "solvers",
     "planning": "control/{include/palanquin/control,src}/planning",
     "whole_body": "control/{include/palanquin/control,src}/whole_body",
+    "estimation": "control/{include/palanquin/control,src}/estimation",
     "plant": "sim/plant",
     "engine": "python/palanquin",
     "problems": "problems",
@@ -27,7 +28,7 @@ ROOMS = {
     "benchmarks": "benchmarks",
     "cli": "python/palanquin/cli",
 }
-CXX = ("core", "solvers", "planning", "whole_body", "plant")
+CXX = ("core", "solvers", "planning", "whole_body", "estimation", "plant")
 
 LONGEST_FILE = 400
 LONGEST_COMMAND = 40
@@ -147,7 +148,7 @@ def test_a_heavy_dependency_has_one_place(words, rooms):
 
 # Who may use whom, from the bottom up, whatever the picture says.
 ORDERS = (
-    ("core", "solvers", "planning", "whole_body", "plant"),
+    ("core", "solvers", "planning", "whole_body", "estimation", "plant"),
     ("problems", "scenarios", "scenes", "runs", "feasibility", "show", "benchmarks", "cli"),
 )
 
@@ -171,7 +172,7 @@ PAPERS = r"kim|vincenti|coros|\bclm|layered|holonomic|payload|carrier"
 @pytest.mark.parametrize("words", [LEGS, PAPERS], ids=["number of legs", "paper"])
 def test_engine_and_controller_name_no(words):
     for path, text in sources(".hpp", ".cpp").items():
-        if room_of(path) in ("core", "solvers", "whole_body"):
+        if room_of(path) in ("core", "solvers", "whole_body", "estimation"):
             found = re.search(words, code_of(text), re.IGNORECASE)
             assert not found, f"{path}: {found.group(0)}"
 

@@ -75,7 +75,7 @@ struct TeamSimulation::Robot {
   Robot(const mjModel* model, const TeamMember& given)
       : member(given),
         controller(given.robot, given.hips, given.control),
-        measurement(given.measurement),
+        senses(given.robot, given.measurement, given.estimation, model->opt.timestep),
         position_address(model->jnt_qposadr[model->body_jntadr[given.trunk]]),
         velocity_address(model->jnt_dofadr[model->body_jntadr[given.trunk]]) {
     const int n = controller.model().joints();
@@ -94,17 +94,19 @@ struct TeamSimulation::Robot {
     state.joint_velocities.setZero(n);
     forces.setZero(3, feet);
     sliding.setZero(3, feet);
+    stands.assign(static_cast<std::size_t>(feet), true);
     loads.setZero(feet);
     slips.setZero(feet);
   }
 
   TeamMember member;
   RobotController controller;
-  Measurement measurement;
+  RobotSenses senses;
   int position_address, velocity_address;
   std::vector<int> joint_positions, joint_velocities;
   RobotState state;
   Eigen::Matrix3Xd forces;
+  std::vector<bool> stands;  // feet that the controller had on the ground
   Eigen::VectorXd loads;     // largest normal force of one contact of each foot, N
   Eigen::Matrix3Xd sliding;  // velocity along the ground there, m/s
   Eigen::VectorXd slips;     // in this contact so far, m
@@ -141,7 +143,10 @@ TeamSimulation::TeamSimulation(mjModel_* model, mjData_* data,
   stop_log_file();
   mj_forward(model_, data_);
   read_foot_forces();
-  for (auto& robot : robots_) measure(*robot);
+  for (auto& robot : robots_) {
+    read_state(*robot);
+    robot->senses.start(robot->state, robot->forces);
+  }
 }
 
 TeamSimulation::~TeamSimulation() = default;
@@ -156,7 +161,7 @@ int TeamSimulation::run(int periods, const std::vector<RobotTarget>& targets) {
     mj_step(model_, data_);
     read_foot_forces();
     follow_slip();
-    for (auto& robot : robots_) measure(*robot);
+    for (std::size_t i = 0; i < robots_.size(); ++i) measure(*robots_[i], targets[i]);
     check_bars();
     check_fall();
   }
@@ -181,7 +186,7 @@ void TeamSimulation::check_targets(int periods, const std::vector<RobotTarget>& 
                                   "'s target: " + text);
 }
 
-void TeamSimulation::measure(Robot& robot) {
+void TeamSimulation::read_state(Robot& robot) {
   const double* qpos = data_->qpos + robot.position_address;
   const double* qvel = data_->qvel + robot.velocity_address;
   RobotState& state = robot.state;
@@ -194,13 +199,20 @@ void TeamSimulation::measure(Robot& robot) {
     state.joint_positions[joint] = data_->qpos[robot.joint_positions[i]];
     state.joint_velocities[joint] = data_->qvel[robot.joint_velocities[i]];
   }
-  robot.measurement.update(state);
+}
+
+void TeamSimulation::measure(Robot& robot, const RobotTarget& target) {
+  read_state(robot);
+  for (std::size_t foot = 0; foot < robot.stands.size(); ++foot)
+    robot.stands[foot] = robot.controller.phase(static_cast<int>(foot)) == LegPhase::Stance;
+  robot.senses.update(robot.state, robot.forces, robot.controller.result().torques, robot.stands,
+                      target.normals);
 }
 
 void TeamSimulation::control(Robot& robot, const RobotTarget& target) {
   const auto start = Clock::now();
-  robot.controller.update(data_->time, model_->opt.timestep, robot.measurement.current(),
-                          robot.forces, target);
+  robot.controller.update(data_->time, model_->opt.timestep, robot.senses.state(),
+                          robot.senses.foot_forces(), target);
   const WholeBodyResult& result = robot.controller.result();
   extremes_.control_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   ++extremes_.control_periods;
@@ -334,8 +346,16 @@ RobotObservation TeamSimulation::observe(int index) {
   const auto use = user_.change("observe");
   return robot(index).controller.observe(measured(index));
 }
-const RobotState& TeamSimulation::measured(int index) const {
-  return robot(index).measurement.current();
+RobotObservation TeamSimulation::observe_truth(int index) {
+  const auto use = user_.change("observe_truth");
+  return robot(index).controller.observe(robot(index).state);
+}
+const RobotState& TeamSimulation::measured(int index) const { return robot(index).senses.state(); }
+EstimationErrors TeamSimulation::estimation_errors(int index) const {
+  return robot(index).senses.errors();
+}
+const Eigen::Matrix3Xd& TeamSimulation::known_forces(int index) const {
+  return robot(index).senses.foot_forces();
 }
 const Eigen::Matrix3Xd& TeamSimulation::foot_forces(int index) const { return robot(index).forces; }
 

@@ -1,12 +1,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "palanquin/control/whole_body/robot_controller.hpp"
 #include "palanquin/plant/disturbance.hpp"
-#include "palanquin/plant/measurement.hpp"
+#include "palanquin/plant/robot_senses.hpp"
 #include "palanquin/solvers/single_user.hpp"
 
 struct mjModel_;
@@ -20,8 +21,9 @@ struct TeamMember {
   RobotDescription robot;
   Eigen::Matrix3Xd hips;  ///< see RobotController
   RobotControlSettings control;
-  MeasurementSettings measurement;
-  int trunk = 0;                ///< body with the free joint
+  MeasurementSettings measurement;               ///< of its state, unless it is estimated
+  std::optional<EstimationSettings> estimation;  ///< none: its state is measured
+  int trunk = 0;                                 ///< body with the free joint
   std::vector<int> joints;      ///< MuJoCo's ids of the hinges, in the robot's order
   std::vector<int> motors;      ///< of their actuators
   std::vector<int> foot_geoms;  ///< of its feet, in the robot's order
@@ -83,8 +85,14 @@ class TeamSimulation {
   const RobotController& controller(int index) const;
   /// The robot as its controller knows it now.
   RobotObservation observe(int index);
-  /// The robot's state as its controller knows it now, noise and delay included.
+  /// The robot as it is.
+  RobotObservation observe_truth(int index);
+  /// The robot's state as its controller knows it now: with noise and delay, or estimated.
   const RobotState& measured(int index) const;
+  /// Of the estimate of its state so far.
+  EstimationErrors estimation_errors(int index) const;
+  /// The forces on its feet as its controller knows them now, [3, feet], world, N.
+  const Eigen::Matrix3Xd& known_forces(int index) const;
   /// Ground reaction forces of the last step, [3, feet], world, N.
   const Eigen::Matrix3Xd& foot_forces(int index) const;
   /// Keeps other threads from changing the simulation while its getters are read.
@@ -97,7 +105,8 @@ class TeamSimulation {
   };
   void check_targets(int periods, const std::vector<RobotTarget>& targets) const;
   Robot& robot(int index) const;
-  void measure(Robot& robot);
+  void read_state(Robot& robot);
+  void measure(Robot& robot, const RobotTarget& target);
   void control(Robot& robot, const RobotTarget& target);
   void read_foot_forces();
   void follow_slip();
