@@ -19,13 +19,15 @@ class NominalLoop {
 
   /// Moves the bodies for `period` (s, at most the knots' spacing) by an Euler step (4) under the
   /// plan's first inputs. A foot that lands stays where the plan has it land until it lifts off.
-  void advance(double period) {
+  /// `unknown` [R + 1, 6] are forces and torques (world) on bodies beside those that it plans with.
+  void advance(double period, const RowMatrix& unknown = {}) {
     const RowMatrix& plan = planner_.solver().trajectory();
     const TeamSlots& slots = planner_.slots();
     place_feet(plan, 0, time_);
     Eigen::VectorXd z = plan.row(0), p = planner_.parameters().row(0);
     slots.write_measured(state_, z.data());
     p[slots.spacing()] = period;
+    for (int body = 0; body < unknown.rows(); ++body) slots.add_wrench(unknown.row(body), body, p);
     z = step_dynamics(planner_.problem(), z, p);
     slots.read_bodies(z.data(), state_.bodies.data());
     place_feet(plan, 1, time_ + period);

@@ -6,6 +6,7 @@ from palanquin.problems.clm.case import Case, load_case, parse_case
 from palanquin.problems.clm.case_problem import CaseProblem
 from palanquin.problems.clm.guess import fill_guess, fill_measured
 from palanquin.problems.clm.layout import from_case_layout, to_case_layout
+from palanquin.problems.clm.observers import Observer, Observers
 from palanquin.problems.clm.parameters import set_contacts, set_references, set_terrain
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.references import References, make_references, nominal_state
@@ -18,6 +19,8 @@ __all__ = [
     "Case",
     "CaseError",
     "CaseProblem",
+    "Observer",
+    "Observers",
     "Payload",
     "Planner",
     "References",

@@ -21,6 +21,7 @@ from palanquin.policies import Policy
 from palanquin.problem import Problem
 from palanquin.problems import checks
 from palanquin.problems.clm.columns import Columns, check_surroundings
+from palanquin.problems.clm.observers import Observers
 from palanquin.problems.clm.parameters import set_input_blocks, set_terrain
 from palanquin.problems.clm.references import (
     References,
@@ -60,6 +61,7 @@ class Planner:
             `holds_inputs`.
         references: "ground" has each robot follow the ground below it, within its legs' reach,
             "rigid" the whole team move as one body, as in the paper (14).
+        observers: of wrenches that nobody tells it of, which plans then count on; none unless told.
         restart_after: so many solves in a row without a usable plan are answered by the last plan
             shifted once more; then the next one starts from the references.
         team: what the problem was built for; read from its grasps unless told, with the payload at
@@ -85,6 +87,7 @@ class Planner:
         footholds: FootholdRule = "hips",
         input_blocks: int = 1,
         references: RobotReferences = "ground",
+        observers: Observers | None = None,
         restart_after: int = 1,
         team: Team | None = None,
         **options: Any,
@@ -103,7 +106,7 @@ class Planner:
         self.terrain = terrain or Flat()
         self.lowered = problem.lower()
         self.columns = Columns.of(self.lowered, self.team)
-        self.footholds = footholds
+        self.footholds, self._observes = footholds, observers is not None
         self.horizon = self.lowered.horizon
         params = self.lowered.parameters()
         set_terrain(params, self.terrain)
@@ -130,6 +133,7 @@ class Planner:
             on_ground=references == "ground",
             restart_after=restart_after,
             threads=_THREADS,
+            observers=(observers or Observers()).core,
         )
         self.params = params.over(self._core.parameters)
         self.clocks = [GaitClock.of(self._core.clock(r)) for r in range(len(self.team.carriers))]
@@ -335,7 +339,15 @@ class Planner:
             self.columns,
             events_of(core.events),
             core.time,
+            self._observed() if self._observes else {},
         )
+
+    def _observed(self) -> dict[str, np.ndarray]:
+        """See `TeamPlan.observed`."""
+        return {
+            "observed_wrench": self._core.observed_wrenches,
+            "apparent_payload_mass": np.array(self._core.apparent_payload_mass),
+        }
 
     def _check_time(self, time: float) -> None:
         checks.finite("time", time)

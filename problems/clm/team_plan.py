@@ -40,6 +40,8 @@ class TeamPlan:
         columns: where the team stands in the plan's knot vectors.
         events: what went otherwise than by full steps.
         time: of the first knot, s.
+        observed: by a planner that observes, "observed_wrench" [R+1, 6], unknown force (N) and
+            torque (N m) on each body, world, and "apparent_payload_mass", kg.
     """
 
     plan: Plan
@@ -49,6 +51,7 @@ class TeamPlan:
     columns: Columns = field(repr=False)
     events: tuple[Event, ...] = ()
     time: float = 0.0
+    observed: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def bodies(self) -> np.ndarray:
@@ -114,5 +117,5 @@ class TeamPlan:
 
     @property
     def more(self) -> Mapping[str, np.ndarray]:
-        """What hands bear at the first knot."""
-        return {"hand_wrench": self.hand_wrenches[0]}
+        """What hands bear at the first knot, and what was observed."""
+        return {"hand_wrench": self.hand_wrenches[0], **self.observed}

@@ -180,6 +180,27 @@ void bind_candidates(nb::module_& m) {
       "steps"_a, "is_usable"_a, "message"_a, "time"_a);
 }
 
+void bind_observers(nb::module_& m) {
+  nb::class_<ObserverGains>(m, "ObserverGains", "Of one body; see wrench_observer.hpp.")
+      .def(
+          "__init__",
+          [](ObserverGains* self, double force, double most_force, double torque,
+             double most_torque) {
+            new (self) ObserverGains{force, most_force, torque, most_torque};
+          },
+          "force"_a = 0.0, "most_force"_a = 0.0, "torque"_a = 0.0, "most_torque"_a = 0.0);
+  nb::class_<ObserverSettings>(m, "ObserverSettings", "Of a team's; see wrench_observer.hpp.")
+      .def(
+          "__init__",
+          [](ObserverSettings* self, const ObserverGains& robots, const ObserverGains& payload) {
+            const ObserverSettings settings{robots, payload};
+            if (const std::string reason = settings.explain_invalid(); !reason.empty())
+              throw std::invalid_argument(reason);
+            new (self) ObserverSettings(settings);
+          },
+          "robots"_a = ObserverGains(), "payload"_a = ObserverGains());
+}
+
 TeamState state_of(MatrixView bodies, MatrixView feet) { return {bodies, feet}; }
 
 void bind_planner(nb::module_& m) {
@@ -190,17 +211,18 @@ void bind_planner(nb::module_& m) {
           [](TeamPlanner* self, std::shared_ptr<LoweredProblem> problem, const Team& team,
              std::shared_ptr<const Terrain> terrain, const RowMatrix& parameters,
              std::vector<std::shared_ptr<Sqp>> solvers, bool looks_ahead, bool on_ground,
-             int restart_after, int threads) {
+             int restart_after, int threads, const ObserverSettings& observers) {
             PlannerSettings settings;
             settings.footholds = looks_ahead ? FootholdRule::Raibert : FootholdRule::Hips;
             settings.references = references_of(on_ground);
             settings.restart_after = restart_after;
             settings.threads = threads;
+            settings.observers = observers;
             new (self) TeamPlanner(std::move(problem), team, std::move(terrain), settings,
                                    parameters, std::move(solvers));
           },
           "problem"_a, "team"_a, "terrain"_a, "parameters"_a, "solvers"_a, "looks_ahead"_a,
-          "on_ground"_a, "restart_after"_a, "threads"_a)
+          "on_ground"_a, "restart_after"_a, "threads"_a, "observers"_a)
       .def(
           "solve",
           [](TeamPlanner& p, double time, MatrixView bodies, MatrixView feet, const Vector3& v) {
@@ -253,6 +275,9 @@ void bind_planner(nb::module_& m) {
       .def_prop_ro("predicted", [](const TeamPlanner& p) { return Eigen::VectorXd(p.predicted()); })
       .def_prop_ro("guess", [](const TeamPlanner& p) { return RowMatrix(p.guess()); })
       .def_prop_ro("chosen", &TeamPlanner::chosen)
+      .def_prop_ro("observed_wrenches",
+                   [](const TeamPlanner& p) { return RowMatrix(p.observed_wrenches()); })
+      .def_prop_ro("apparent_payload_mass", &TeamPlanner::apparent_payload_mass)
       .def_prop_ro("solve_ms", &TeamPlanner::solve_ms)
       .def_prop_ro("failures", &TeamPlanner::failures)
       .def_prop_ro("has_fed_back", &TeamPlanner::has_fed_back)
@@ -269,6 +294,7 @@ void bind_planning(nb::module_& m) {
   bind_team(m);
   bind_references(m);
   bind_candidates(m);
+  bind_observers(m);
   bind_planner(m);
 }
 

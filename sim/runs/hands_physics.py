@@ -124,8 +124,9 @@ class HandsPlant(SimulatedRobots):
 
 def held_scene(scenario: Scenario) -> HeldScene:
     """The scene of a scenario at its start, with ground all the way."""
+    world, route = scenario.world, payload_route(scenario)
     return build_held_scene(
-        scenario.scene, scenario.start_state(), scenario.world.friction, payload_route(scenario)
+        scenario.scene, scenario.start_state(), world.friction, route, world.robot_mass
     )
 
 

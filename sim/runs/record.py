@@ -91,7 +91,9 @@ class Record:
 
     In `more`: of hands `hand_wrench` [T, R, 6], force (N) and torque (N m) of the payload on the
     robot, world; `disturbance` [T, B, 6], mean force (N) and torque (N m) of pushes on each body
-    during the period, world, where it is the plant that is told of them. Of robots on bars
+    during the period, world, where it is the plant that is told of them; of planners that observe
+    `observed_wrench` [T, B, 6], unknown force (N) and torque (N m) on each body, world, that the
+    plan counts on, and `apparent_payload_mass` [T], kg. Of robots on bars
     `estimates` [T, R, L], the multipliers as each robot's planner knows them, and in reduced order
     `multipliers` [T, L], the true ones (N/m for a free bar). In physics `foot_force` [T, R, 4, 3]
     of the ground on the feet at the period's end (N, world), `qpos` [T, nq] of the scene at its

@@ -55,9 +55,11 @@ def outcome(record: Record) -> dict[str, Any]:
 
 def payload_figures(record: Record) -> dict[str, Any]:
     """Of a payload in hands. "distance_m": the length of its path; "violation": the largest one of
-    each family in its unit (m; forces in 100 N); "solver_ms": the solver's part of a plan. In
+    each family in its unit (m; forces in 100 N); "apparent_payload_mass_kg": at the end, as a
+    planner's observer has it; "solver_ms": the solver's part of a plan. In
     physics those of `physics_figures` too.
     """
+    mass = record.more.get("apparent_payload_mass")
     solver = np.sum([record.phases[name] for name in SQP_PHASES], axis=0)
     return {
         "distance_m": distance(record),
@@ -68,6 +70,7 @@ def payload_figures(record: Record) -> dict[str, Any]:
         },
         "equality_violation": float(record.equality_violation.max()),
         "solver_ms": percentiles(solver),
+        "apparent_payload_mass_kg": None if mass is None else float(mass[-1]),
         "phases_ms": {name: float(np.median(v)) for name, v in record.phases.items()},
         **(physics_figures(record) if "torque_share" in record.more else {}),
     }

@@ -15,6 +15,7 @@ _PLANNER = {
     "ditch_margin": 0.01,
     "leg_torque": {},
     "arm_torque": {},
+    "observers": {},
 }
 _WEIGHTS = {"foothold": (30.0, 30.0, 30.0), "torque": (1e-4, 1e-4, 1e-4)}
 
@@ -26,8 +27,9 @@ def physical(scenario: Scenario) -> Scenario:
     Arms have their masses and the payload the inertia of its shape, whatever the planner's model
     would do with; planner settings that the scenario leaves open are those that walk under torque
     limits: 100 plans a second, footholds that look ahead and are centred below robot and load,
-    loosely held to their references, beyond a centimetre of ditches, hand torques with a price, and
-    forces and wrenches that the motors of standing legs and of arms can bear.
+    loosely held to their references, beyond a centimetre of ditches, hand torques with a price,
+    forces and wrenches that the motors of standing legs and of arms can bear, and observers of what
+    pushes robots and payload.
     """
     planner = scenario.planner
     weights = {k: v for k, v in _WEIGHTS.items() if k not in planner.weights.model_fields_set}

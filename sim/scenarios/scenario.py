@@ -153,10 +153,10 @@ class Scenario(Strict):
 
     @property
     def scene(self) -> Team:
-        """The team on its ground as it is shown."""
+        """The team on its ground as it is simulated and shown."""
         return Team(
             robots=tuple(robot.member() for robot in self.robots),
-            payload=self.payload.shape.in_scene(self.payload.mass),
+            payload=self.payload.shape.in_scene(self.world.payload_mass or self.payload.mass),
             terrain=self.terrain.model_dump(),
             ditches=tuple(Ditch(*line) for line in self._lines),
             obstacles=tuple(obstacle.row() for obstacle in self.obstacles),
@@ -185,9 +185,10 @@ class Scenario(Strict):
             holds_inputs=settings.input_blocks > 1,
             limits=settings.limits(),
         )
-        planner = Planner(
-            problem, self.ground, ditches, team=team, **{**settings.options(), **options}
-        )
+        observes = settings.observers
+        observers = observes.observers(self.payload.mass) if observes else None
+        options = {**settings.options(), **options}
+        planner = Planner(problem, self.ground, ditches, team=team, observers=observers, **options)
         for family, penalty in settings.penalties.items():
             planner.set_policy(family, penalty.policy())
         return planner

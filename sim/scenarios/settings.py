@@ -10,10 +10,12 @@ from pydantic import AfterValidator, Field, create_model
 
 from palanquin._core import qp_solver_names
 from palanquin.policies import Penalty
+from palanquin.problems.clm.observers import Observer, Observers
 from palanquin.problems.clm.planner import FootholdRule
 from palanquin.problems.clm.references import RobotReferences
 from palanquin.problems.clm.team import FeetBelow
 from palanquin.problems.modules.families import FAMILIES, Family, options
+from palanquin.problems.modules.rigid_body import GRAVITY
 from palanquin.problems.modules.weights import TABLE_I, Weights
 from palanquin.schema import NonNegative, Positive, Strict
 from palanquin.sim.scenarios.vectors import Vector
@@ -79,6 +81,40 @@ class PenaltySettings(Strict):
         return Penalty(stiffness=self.stiffness, smoothing=self.smoothing)
 
 
+class BodyObserver(Strict):
+    """How an unknown wrench on a body is observed, by how it moves otherwise than planned."""
+
+    force: NonNegative = Field(10.0, description="gain, 1/s; 0: not observed")
+    most_force: NonNegative = Field(150.0, description="that is believed, N")
+    torque: NonNegative = Field(0.0, description="gain, 1/s; 0: not observed")
+    most_torque: NonNegative = Field(20.0, description="that is believed, N m")
+
+
+class PayloadObserver(Strict):
+    """The same of the payload: its mass may be another than the planner was told."""
+
+    force: NonNegative = Field(3.0, description="gain, 1/s; 0: not observed")
+    most_share: NonNegative = Field(0.6, description="of its weight that is believed")
+    torque: NonNegative = Field(0.0, description="gain, 1/s; 0: not observed")
+    most_torque: NonNegative = Field(20.0, description="that is believed, N m")
+
+
+class ObserverSettings(Strict):
+    """Observers of wrenches on each robot and on the payload; what they find plans count on."""
+
+    robots: BodyObserver = BodyObserver()
+    payload: PayloadObserver = PayloadObserver()
+
+    def observers(self, mass: float) -> Observers:
+        """As the planner takes them, of a payload of `mass` (kg)."""
+        robots, payload = self.robots, self.payload
+        most = payload.most_share * mass * -GRAVITY[2]
+        return Observers(
+            Observer(robots.force, robots.most_force, robots.torque, robots.most_torque),
+            Observer(payload.force, most, payload.torque, payload.most_torque),
+        )
+
+
 def _require_families(penalties: dict[str, PenaltySettings]) -> dict[str, PenaltySettings]:
     unknown = sorted(set(penalties) - set(FAMILIES))
     if unknown:
@@ -124,6 +160,9 @@ class _Settings(Strict):
     ditch_margin: NonNegative = Field(0.0, description="that it keeps from the edges of ditches, m")
     friction: Positive = Field(0.8, description="static coefficient mu that it counts on")
     weights: WeightSettings = WeightSettings()
+    observers: ObserverSettings | None = Field(
+        None, description="of wrenches on bodies that nobody tells of; none unless told"
+    )
     penalties: Annotated[dict[str, PenaltySettings], AfterValidator(_require_families)] = Field(
         {}, description=f"by family of inequalities: {', '.join(FAMILIES)}"
     )

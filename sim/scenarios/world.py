@@ -11,3 +11,9 @@ class World(Strict):
     """The simulated world; nothing of it changes a kinematic run."""
 
     friction: Positive = Field(0.8, description="sliding coefficient between feet and ground")
+    payload_mass: Positive | None = Field(
+        None, description="true one, kg, if the planner was told another"
+    )
+    robot_mass: Positive = Field(
+        1.0, description="true masses of robots as a share of those that all are told"
+    )

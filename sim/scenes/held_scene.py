@@ -57,7 +57,11 @@ class HeldScene:
 
 
 def build_held_scene(
-    team: Team, state: TeamState, friction: float, path: Array | None = None
+    team: Team,
+    state: TeamState,
+    friction: float,
+    path: Array | None = None,
+    robot_mass: float = 1.0,
 ) -> HeldScene:
     """The scene of `team` where its bodies and feet are at `state`.
 
@@ -66,6 +70,7 @@ def build_held_scene(
         state: where and how fast the run begins; joints are at rest against their trunks.
         friction: the ground's sliding coefficient.
         path: positions that the ground must reach beyond, see `build_scene`.
+        robot_mass: of the robots' links, as a share of what their controllers know.
     """
     bare = build_scene(team, path, friction)
     start = _pose(bare, state)
@@ -78,6 +83,8 @@ def build_held_scene(
     for robot in team.robots:
         _hold(spec, robot.name, data)
     model = spec.compile()  # sites and welds leave the configuration's layout as it was
+    if robot_mass != 1.0:
+        _scale_robots(model, team, robot_mass)
     alone = {
         kind: describe_robot(armed_quadruped(quadruped(kind), visual=False))
         for kind in {robot.kind for robot in team.robots}
@@ -88,6 +95,16 @@ def build_held_scene(
         _velocities(model, team, state),
         {robot.name: alone[robot.kind] for robot in team.robots},
     )
+
+
+def _scale_robots(model: mujoco.MjModel, team: Team, share: float) -> None:
+    """Gives the links of all robots this share of their masses and inertias."""
+    prefixes = tuple(f"{name}/" for name in team.names)
+    for body in range(model.nbody):
+        if model.body(body).name.startswith(prefixes):
+            model.body_mass[body] *= share
+            model.body_inertia[body] *= share
+    mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 def _pose(scene: Scene, state: TeamState) -> Array:

@@ -39,11 +39,13 @@ def draw_plots(record: Record, path: Path) -> None:
 
 
 def plots_of(record: Record) -> list[Plot]:
-    """Of a payload in hands tracking, times and violations; of robots on bars velocities, a force's
-    curve, virtual constraints in physics, multipliers, and times.
+    """Of a payload in hands tracking, what was observed, times and violations; of robots on bars
+    velocities, a force's curve, virtual constraints in physics, multipliers, and times.
     """
     if "estimates" not in record.more:
-        return [plot_tracking, plot_solve_times, plot_violation]
+        observers = [plot_observed_forces, plot_apparent_mass]
+        observed = observers if "observed_wrench" in record.more else []
+        return [plot_tracking, *observed, plot_solve_times, plot_violation]
     plots: list[Plot] = [partial(plot_velocity, axis=axis) for axis in (0, 1)]
     plots.append(plot_vertical_force)
     if "output_error" in record.more:
@@ -66,6 +68,21 @@ def plot_tracking(axes: Axes, record: Record) -> None:
         axes.plot(record.time, error[:, i + 1], color=robot_colour(i), label=name)
     axes.set_ylabel("position error (cm)")
     axes.set_ylim(bottom=0)
+
+
+def plot_observed_forces(axes: Axes, record: Record) -> None:
+    """Unknown forces on robots as the planner observes them, N."""
+    force = np.linalg.norm(record.more["observed_wrench"][:, 1:, :3], axis=-1)
+    for i, name in enumerate(record.team.names):
+        axes.plot(record.time, force[:, i], color=robot_colour(i), label=name)
+    axes.set_ylabel("observed force (N)")
+
+
+def plot_apparent_mass(axes: Axes, record: Record) -> None:
+    """What the payload seems to weigh, kg."""
+    mass = record.more["apparent_payload_mass"]
+    axes.plot(record.time, mass, color="black", label="payload")
+    axes.set_ylabel("apparent mass (kg)")
 
 
 def plot_solve_times(axes: Axes, record: Record) -> None:

@@ -33,6 +33,8 @@ Array = NDArray[np.float64]
 LEAST_FORCE = 1.0
 """That is drawn, N."""
 
+WRENCH = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
+
 FRAME_RATE = 60
 """Of what moves in the 3D view at most, Hz; curves have every tick."""
 
@@ -199,6 +201,7 @@ def _log_control(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Re
         send_scalars(recording, f"{path}/position_error", ticks, error.position[:, b])
         send_scalars(recording, f"{path}/orientation_error", ticks, error.orientation[:, b])
         send_scalars(recording, f"{path}/velocity_error", ticks, error.velocity[:, b])
+    _log_observers(recording, ticks, record)
     if "torque_share" in record.more:
         for (i, robot), (j, joint) in product(enumerate(record.team.names), enumerate(JOINTS)):
             path = f"control/{robot}/torque/{joint}"
@@ -216,6 +219,17 @@ def _log_control(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Re
         for axis, name in enumerate(("x", "y", "z", "roll", "pitch", "yaw")):
             path = f"control/{robot}/virtual_constraint/{name}"
             send_scalars(recording, path, ticks, errors[:, i, axis])
+
+
+def _log_observers(recording: rr.RecordingStream, ticks: rr.TimeColumn, record: Record) -> None:
+    """What a planner found that pushes bodies, and what the payload seems to weigh."""
+    if "observed_wrench" not in record.more:
+        return
+    for (b, name), (axis, kind) in product(enumerate(record.team.bodies), enumerate(WRENCH)):
+        path = f"control/{name}/observed/{kind}"
+        send_scalars(recording, path, ticks, record.more["observed_wrench"][:, b, axis])
+    mass = record.more["apparent_payload_mass"]
+    send_scalars(recording, "control/payload/apparent_mass", ticks, mass)
 
 
 def _log_kinematics(

@@ -49,6 +49,7 @@ def closed_loop(planner, ticks=30, events=None):
         plan = planner.solve(time, state, COMMAND)
         plans.append(plan.plan.xs)
         _, state = follow(planner, plan, state, PERIOD)
+        state.bodies[:, 7:] += 0.01 * np.sin(tick + np.arange(6))  # what nobody planned
     return record, np.concatenate(plans)
 
 
@@ -80,6 +81,9 @@ PLANNERS = {
     "loaded": lambda: planner_for(terrains.Flat(), team=replace(team(), feet_below="load")),
     "torques": lambda: planner_for(
         terrains.Flat(), limits={"leg_torque": LegTorque(0.3), "arm_torque": ArmTorque(0.5)}
+    ),
+    "observers": lambda: planner_for(
+        terrains.Flat(), observers=clm.Observers(clm.Observer(9, 150, 2, 9), clm.Observer(3, 90))
     ),
     "ditches": lambda: planner_for(
         terrains.Flat(0.1), [[1.0, 0.0, -0.6, 0.15], [1.0, 0.1, -1.1, 0.1]], candidates=2

@@ -75,7 +75,7 @@ PLANNER = {
     "arm_torque": ({"share": 0.5}, torque_limits("arm"), [20.0] * 4),
     "friction": (0.55, parameter("terrain.friction"), [0.55]),
 }
-ELSEWHERE = {"rate", "ditch_margin", "weights", "hand_cone", "penalties", "clearance"}
+ELSEWHERE = {"rate", "ditch_margin", "weights", "hand_cone", "penalties", "clearance", "observers"}
 
 
 def test_the_tables_have_every_setting():
@@ -187,7 +187,7 @@ def test_a_field_reaches_the_run(name, plain):
 
 def test_the_worlds_friction_reaches_ground_and_controllers():
     scenario = TROT.changed(world={"friction": 0.37})
-    assert set(World.model_fields) == {"friction"}
+    assert set(World.model_fields) == {"friction", "payload_mass", "robot_mass"}
     assert physical(scenario).planner.friction == pytest.approx(0.75 * 0.37)
     assert held_scene(scenario).model.geom("ground").friction[0] == 0.37
 

@@ -1,7 +1,8 @@
 """lower_planners.py FOLDER: saves a team's planners for the C++ tests.
 
 Leaves in FOLDER the saved planners "planner" (two robots trot on flat ground with room for two
-ditches) and "planner-candidates" (of three choices of footholds, beside ditches).
+ditches), "planner-observing" (with observers of wrenches) and "planner-candidates" (of three
+choices of footholds, beside ditches).
 """
 
 import os
@@ -19,6 +20,8 @@ def main() -> None:
     )
     problem = clm.build_clm(team, horizon=8, ditches=2)
     clm.Planner(problem).save(folder / "planner")
+    observers = clm.Observers(clm.Observer(10.0, 150.0), clm.Observer(3.0, 90.0))
+    clm.Planner(problem, observers=observers).save(folder / "planner-observing")
     lines = [[1.0, 0.0, -0.9, 0.15], [1.0, 0.0, -1.6, 0.2]]
     planner = clm.Planner(problem, ditches=lines, candidates=3)
     planner.save(folder / "planner-candidates")

@@ -28,6 +28,10 @@ class PlannerReader {
       parameters_ = default_parameters(*problem_, horizon_);
     } else if (key == "rules") {
       read_rules(line);
+    } else if (key == "observers") {
+      for (ObserverGains* g : {&rules_.observers.robots, &rules_.observers.payload})
+        for (double* value : {&g->force, &g->most_force, &g->torque, &g->most_torque})
+          *value = line.number();
     } else if (key == "payload") {
       payload_ = {line.number(), line.number()};
     } else if (key == "feet_below") {

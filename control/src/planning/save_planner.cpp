@@ -25,6 +25,14 @@ std::string rules(const TeamPlanner& planner) {
          std::to_string(planner.candidates()) + ' ' + std::to_string(s.threads) + '\n';
 }
 
+std::string observers(const ObserverSettings& settings) {
+  if (!settings.is_on()) return "";
+  std::string text = "observers";
+  for (const ObserverGains& g : {settings.robots, settings.payload})
+    text += words(std::array{g.force, g.most_force, g.torque, g.most_torque});
+  return text + '\n';
+}
+
 std::string robot(const Carrier& c) {
   std::string text = "robot " + c.name + ' ' + to_text(c.mass) + ' ' + to_text(c.standing_height) +
                      ' ' + to_text(c.yaw) + "\ngrasp" + words(c.attach) + words(c.hand) + "\nhips";
@@ -67,7 +75,7 @@ std::string parameters(const TeamPlanner& planner) {
 void save_planner(const TeamPlanner& planner, const std::map<std::string, Policy>& policies,
                   const std::string& folder) {
   std::string text = "planner 1\nhorizon " + std::to_string(planner.horizon()) + '\n';
-  text += rules(planner);
+  text += rules(planner) + observers(planner.settings().observers);
   const Team& team = planner.team();
   text += "payload " + to_text(team.payload.mass) + ' ' + to_text(team.payload.height) + '\n';
   text +=

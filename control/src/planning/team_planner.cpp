@@ -45,6 +45,11 @@ TeamPlanner::TeamPlanner(std::shared_ptr<const LoweredProblem> problem, Team tea
       motion_(team_, *terrain_, settings.references, horizon(), spacing()),
       warm_start_(*problem_, team_, slots_, horizon(), candidates_->size() - 1),
       clocks_(static_cast<std::size_t>(team_.robots()), GaitClock(team_.carriers.front().gait)),
+      observer_(team_.robots(), settings_.observers),
+      expected_(RowMatrix::Zero(horizon() + 1, 6 * team_.bodies())),
+      wrenches_(expected_),
+      planned_(RowMatrix::Zero(team_.bodies(), kState)),
+      planned_next_(planned_),
       stance_(team_.feet()),
       spacing_(horizon() + 1),
       measured_(neutral_trajectory(*problem_, 1).row(0)),
@@ -71,6 +76,7 @@ TeamPlanner::TeamPlanner(std::shared_ptr<const LoweredProblem> problem, Team tea
 Status TeamPlanner::solve(double time, const TeamState& state, const Velocity& command) {
   const auto use = user_.change("solve");
   const double started = now_ms();
+  observe(time, state);
   set_up(time, state, command);
   slots_.write_measured(state, measured_.data());
   has_fed_back_ = false;
@@ -97,6 +103,7 @@ Status TeamPlanner::feedback(const TeamState& state) {
     throw std::logic_error("nothing was prepared; feedback needs a call of prepare before it");
   check(state);
   const double started = now_ms();
+  observe(now_.time, state);
   is_prepared_ = false;
   slots_.write_measured(state, measured_.data());
   has_fed_back_ = is_ready_;
@@ -139,8 +146,36 @@ void TeamPlanner::set_up(double time, const TeamState& state, const Velocity& co
   make_references(time, state, command);
   sample_contacts(time);
   slots_.write_instant(now_, parameters_);
+  if (observer_.is_on()) {
+    const RowMatrix& observed = observer_.wrenches();
+    wrenches_ = expected_;
+    wrenches_.rowwise() += Eigen::Map<const Eigen::RowVectorXd>(observed.data(), observed.size());
+    slots_.write_wrenches(wrenches_, parameters_);
+  }
   give_up_on_last(time);
   make_guess();
+}
+
+/// Corrects the observers by how bodies move otherwise than the last plan has them now.
+void TeamPlanner::observe(double time, const TeamState& state) {
+  check(state);
+  double left = time - last_.time;
+  if (!observer_.is_on() || !last_.exists || !(left > 0.0)) return;
+  int k = 0;
+  while (k < horizon() && left >= spacing_[k]) left -= spacing_[k++];
+  if (k == horizon()) return;
+  slots_.read_bodies(&last_.trajectory(k, 0), planned_.data());
+  slots_.read_bodies(&last_.trajectory(k + 1, 0), planned_next_.data());
+  planned_ += left / spacing_[k] * (planned_next_ - planned_);
+  for (int body = 0; body < team_.bodies(); ++body)
+    observer_.observe(body, state.bodies.data() + kState * body, &planned_(body, 0),
+                      slots_.inertial(parameters_, body));
+}
+
+double TeamPlanner::payload_mass() const { return slots_.inertial(parameters_, 0).mass; }
+
+double TeamPlanner::apparent_payload_mass() const {
+  return apparent_mass(payload_mass(), observer_.wrenches().row(0).head<3>().transpose());
 }
 
 void TeamPlanner::check(const TeamState& state) const {
@@ -257,6 +292,7 @@ void TeamPlanner::restart(const Pose& reference) {
   reference_ = reference;
   for (int r = 0; r < team_.robots(); ++r) clocks_[r] = GaitClock(team_.carriers[r].gait);
   expect_wrenches(RowMatrix::Zero(horizon() + 1, 6 * team_.bodies()));
+  observer_.reset();
   has_time_ = is_prepared_ = last_.exists = false;
   start_ = 0.0;
   failures_ = 0;
@@ -284,6 +320,7 @@ void TeamPlanner::set_policy(const std::string& family, const Policy& policy) {
 
 void TeamPlanner::expect_wrenches(MatrixView wrenches) {
   slots_.write_wrenches(wrenches, parameters_);
+  expected_ = wrenches;
 }
 
 void TeamPlanner::use_solvers(std::vector<std::shared_ptr<Sqp>> solvers) {

@@ -47,6 +47,8 @@ TeamSlots::TeamSlots(const LoweredProblem& problem, const Team& team, const Terr
     references_.push_back(p);
     external_.push_back({parameter(problem, body + ".external_force", 3),
                          parameter(problem, body + ".external_torque", 3)});
+    inertials_.push_back(
+        {parameter(problem, body + ".mass", 1), parameter(problem, body + ".inertia", 3)});
   }
   const std::vector<LocalParameter> local = terrain.local_parameters();
   for (const LocalParameter& l : local) ground_size_ += l.size;
@@ -86,6 +88,18 @@ bool TeamSlots::is_written(int offset) const {
          std::any_of(references_.begin(), references_.end(), has) ||
          std::any_of(external_.begin(), external_.end(), has) ||
          std::any_of(ground_.begin(), ground_.end(), is_ground);
+}
+
+void TeamSlots::add_wrench(const Eigen::RowVectorXd& wrench, int body,
+                           Eigen::VectorXd& parameters) const {
+  const auto [force, torque] = external_[static_cast<std::size_t>(body)];
+  parameters.segment<3>(force) += wrench.head<3>().transpose();
+  parameters.segment<3>(torque) += wrench.tail<3>().transpose();
+}
+
+Inertial TeamSlots::inertial(const RowMatrix& parameters, int body) const {
+  const auto [mass, moments] = inertials_[static_cast<std::size_t>(body)];
+  return {parameters(0, mass), parameters.row(0).segment<3>(moments).transpose()};
 }
 
 void TeamSlots::read_bodies(const double* z, double* states) const {

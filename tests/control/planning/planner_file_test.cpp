@@ -34,7 +34,7 @@ class PlannerFileTest : public palanquin::testing::OnSavedPlanners {
 };
 
 TEST_F(PlannerFileTest, ASavedPlannerIsTheSameAgain) {
-  for (const char* name : {"planner", "planner-candidates"}) {
+  for (const char* name : {"planner", "planner-observing", "planner-candidates"}) {
     const auto planner = load(name);
     const std::string text = text_of(path(name));
     const std::string folder = copy_with(name, "");
@@ -68,6 +68,8 @@ TEST_F(PlannerFileTest, DamagedFilesAreRefusedByLine) {
   EXPECT_NE(damaged("setting qp ", "setting colour ").find("no setting 'colour'"),
             std::string::npos);
   EXPECT_NE(damaged("robot left", "robot someone").find("someone.position"), std::string::npos);
+  EXPECT_NE(damaged("payload ", "observers -1 0 0 0 0 0 0 0\npayload ").find("not negative"),
+            std::string::npos);
   EXPECT_NE(damaged("horizon ", "horizont ").find("unknown"), std::string::npos);
   EXPECT_THROW(load_planner("/nowhere"), std::runtime_error);
 }

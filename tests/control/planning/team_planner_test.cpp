@@ -31,7 +31,7 @@ long allocations_of(TeamPlanner& planner, NominalLoop& loop, int ticks) {
 }
 
 TEST_F(TeamPlannerTest, PlansWithoutAllocation) {
-  for (const char* name : {"planner", "planner-candidates"}) {
+  for (const char* name : {"planner", "planner-observing", "planner-candidates"}) {
     const auto planner = load(name);
     NominalLoop loop(*planner);
     planner->settle(0.0, loop.state(), kCommand);

@@ -14,6 +14,7 @@ namespace palanquin::planning {
 //   planner VERSION                                          before all others
 //   horizon N
 //   rules hips|raibert rigid|ground RESTART_AFTER CANDIDATES THREADS
+//   observers ROBOTS[4] PAYLOAD[4]                           ObserverGains; none if missing
 //   payload MASS HEIGHT                                      kg, m
 //   feet_below hips|load                                     FeetBelow
 //   robot NAME MASS STANDING_HEIGHT YAW                      kg, m, rad; of it, on the next lines:

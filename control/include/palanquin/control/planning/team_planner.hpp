@@ -8,6 +8,7 @@
 #include "palanquin/control/planning/events.hpp"
 #include "palanquin/control/planning/raibert.hpp"
 #include "palanquin/control/planning/warm_start.hpp"
+#include "palanquin/control/planning/wrench_observer.hpp"
 
 namespace palanquin::planning {
 
@@ -24,6 +25,7 @@ struct PlannerSettings {
   int restart_after = 1;  ///< solves in a row without a usable plan, at least 1: the last plan,
                           ///< shifted once more, answers them; then the references do
   int threads = 2;        ///< for several candidates
+  ObserverSettings observers;  ///< of wrenches that nobody told of; none unless told
 };
 
 /// Plans for a team that carries a payload by hands, at any rate: give it the time, the measured
@@ -31,8 +33,8 @@ struct PlannerSettings {
 ///
 /// The payload's reference starts where the last one has come to and follows the command; gaits run
 /// on clocks of their own; the last plan, shifted by the time that has passed, is the warm start. A
-/// plan is, in order: references, contacts, a guess (several where footholds are to be chosen), and
-/// the solver's work.
+/// plan is, in order: what the observers make of the measurement, references, contacts, a guess
+/// (several where footholds are to be chosen), and the solver's work.
 ///
 /// A planner serves one thread at a time, as its solvers do: a call that meets another one throws
 /// std::logic_error. What getters refer to is valid until the next plan. Plans allocate nothing
@@ -77,7 +79,7 @@ class TeamPlanner {
   /// Changes how an inequality family enters; as Sqp::set_policy.
   void set_policy(const std::string& family, const Policy& policy);
   /// Wrenches to come: force and torque (world, N and N m) on each body during the intervals of the
-  /// horizon that the next plan is for, [N + 1, 6 (R + 1)].
+  /// horizon that the next plan is for, [N + 1, 6 (R + 1)]. What is observed adds to them.
   void expect_wrenches(MatrixView wrenches);
   /// Has others do the work from now on: as many solvers as before.
   void use_solvers(std::vector<std::shared_ptr<Sqp>> solvers);
@@ -88,6 +90,12 @@ class TeamPlanner {
   void set_reference(const Pose& pose) { reference_ = pose; }
   /// Standing at a payload pose.
   TeamState nominal_state(const Pose& pose) const;
+
+  /// What the observers make of all measurements so far; zero without observers.
+  const RowMatrix& observed_wrenches() const { return observer_.wrenches(); }
+  /// Mass of the payload as it was planned with, kg, and as its observed force has it.
+  double payload_mass() const;
+  double apparent_payload_mass() const;
 
   // Of the last plan.
   const Sqp& solver() const { return candidates_->solver(chosen_); }
@@ -121,6 +129,7 @@ class TeamPlanner {
 
  private:
   void set_up(double time, const TeamState& state, const Velocity& command);
+  void observe(double time, const TeamState& state);
   void advance_reference(double time, const Velocity& command);
   void sample_contacts(double time);
   void make_references(double time, const TeamState& state, const Velocity& command);
@@ -143,6 +152,7 @@ class TeamPlanner {
   ReferenceMotion motion_;
   WarmStart warm_start_;
   std::vector<GaitClock> clocks_;
+  WrenchObserver observer_;
   SingleUser user_{"planner"};
 
   Pose reference_;
@@ -152,6 +162,8 @@ class TeamPlanner {
   double time_ = 0.0;   ///< of the last call
   int failures_ = 0;    ///< solves in a row without a usable plan
   LastPlan last_;
+  RowMatrix expected_, wrenches_;     ///< that were told, and with what is observed
+  RowMatrix planned_, planned_next_;  ///< states [R + 1, 13]
   bool is_prepared_ = false, is_ready_ = false, has_fed_back_ = false;
 
   Instant now_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "palanquin/control/planning/instant.hpp"
+#include "palanquin/control/planning/wrench_observer.hpp"
 #include "palanquin/core/lowered_problem.hpp"
 
 namespace palanquin::planning {
@@ -33,6 +34,10 @@ class TeamSlots {
   bool has_ground() const { return !ground_.empty(); }
   /// Force and torque on each body [N + 1, 6 (R + 1)], world, N and N m.
   void write_wrenches(MatrixView wrenches, RowMatrix& parameters) const;
+  /// Adds to the force and torque on a body, payload first, at one knot's parameters [np].
+  void add_wrench(const Eigen::RowVectorXd& wrench, int body, Eigen::VectorXd& parameters) const;
+  /// Mass and moments of a body, payload first, at the first knot.
+  Inertial inertial(const RowMatrix& parameters, int body) const;
   /// Whether every plan, or set_ditches, writes the parameter at an offset.
   bool is_written(int offset) const;
   int spacing() const { return spacing_; }  ///< of "dt"
@@ -44,6 +49,7 @@ class TeamSlots {
   std::vector<Parts> references_;                         ///< [R + 1]
   std::vector<int> footholds_, contacts_, previous_;      ///< [R]
   std::vector<std::array<int, 2>> external_;              ///< force and torque, [R + 1]
+  std::vector<std::array<int, 2>> inertials_;             ///< mass and moments, [R + 1]
   std::vector<std::vector<std::pair<int, int>>> ground_;  ///< offset and size, [4 R][parameters]
   int ground_size_ = 0;
   int spacing_ = 0, ditches_ = -1, most_ditches_ = 0;
