@@ -7,7 +7,7 @@ import numpy as np
 
 from palanquin.sim.scenarios.bar_ground import BEHIND, CLEAR, LENGTH, WIDTH, Ground
 from palanquin.sim.scenes.area import TILE, Area
-from palanquin.sim.scenes.terrain_looks import add_tiles, shape_height_field
+from palanquin.sim.scenes.terrain_looks import add_tiles, shape_height_field, to_stand_on
 
 _AREA = Area(-BEHIND, LENGTH - BEHIND, -WIDTH / 2, WIDTH / 2)
 
@@ -34,10 +34,7 @@ def add_ground(ground: Ground, spec: mujoco.MjSpec) -> None:
 
 def _finish(ground: Ground, geom: mujoco.MjsGeom) -> None:
     geom.material = "ground"
-    geom.contype, geom.conaffinity, geom.condim = 1, 0, 3
-    geom.friction[:] = (ground.friction, 5e-3, 1e-4)
-    # Over the feet's priority, so that friction and softness are the ground's.
-    geom.priority, geom.solref[:] = 2, (ground.softness, 1.0)
+    to_stand_on(geom, ground.friction, ground.softness)
 
 
 def _add_blocks(ground: Ground, spec: mujoco.MjSpec) -> None:

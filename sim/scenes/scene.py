@@ -13,7 +13,7 @@ from palanquin.sim.scenes.links import COLLISION_GROUP
 from palanquin.sim.scenes.obstacle_looks import add_obstacles
 from palanquin.sim.scenes.palette import METAL, TIMBER, robot_colour
 from palanquin.sim.scenes.quadruped import armed_quadruped
-from palanquin.sim.scenes.terrain_looks import add_ditches, add_ground
+from palanquin.sim.scenes.terrain_looks import add_ground
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,6 @@ def build_scene(team: Team, path: Array | None = None, friction: float = 0.8) ->
     add_surroundings(spec)
     area = Area.around(np.zeros((1, 2)) if path is None else path, margin=14.0)
     add_ground(spec, team, area, friction)
-    add_ditches(spec, team, area)
     add_obstacles(spec, team)
     for index, robot in enumerate(team.robots):
         child = armed_quadruped(quadruped(robot.kind), robot_colour(index))

@@ -1,28 +1,43 @@
-"""The ground of a MuJoCo scene: a tiled plane or height field, with ditches as dark strips."""
+"""The ground of a MuJoCo scene: a tiled plane, one cut by ditches, a height field, or areas."""
+
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from palanquin.problems.foothold_areas import FootholdAreas
+from palanquin.problems.foothold_areas import FootholdArea, FootholdAreas
 from palanquin.sim.scenarios.ground import is_planar
 from palanquin.sim.scenarios.team import Team
 from palanquin.sim.scenes.area import TILE, Area
-from palanquin.sim.scenes.area_prisms import floor_below, prism
+from palanquin.sim.scenes.area_prisms import DEPTH, between_ditches, floor_below, prism
 from palanquin.sim.scenes.ditch_strips import ditch_strips, frame_quaternion
 from palanquin.sim.scenes.palette import GAP, TILES
 
+SOFTNESS = 0.005
+"""Time constant of a contact with ground on which a foot neither creeps nor sinks, s."""
+
 
 def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> None:
-    """Add the ground that covers `area`: geom `ground`, a plane or height field, or prisms."""
+    """Add the ground that covers `area`: geom `ground`, a plane or height field, or pieces of it
+    over a dark floor, `ground/<i>`: what may be stepped on, or what ditches leave of a plane. On a
+    height field ditches are painted.
+    """
     ground, (half_x, half_y) = team.ground, area.half
     if isinstance(ground, FootholdAreas):
-        _add_foothold_areas(spec, ground, area, friction)
+        floor = floor_below(ground)
+        _add_floor(spec, area, floor, np.array([0.0, 0.0, 1.0]), friction)
+        _add_pieces(spec, ground.areas, [floor] * len(ground.areas), friction)
+        return
+    if team.ditches and is_planar(team.terrain):
+        pieces = between_ditches(ground, team.ditches, area)
+        floor = float(ground.height(*area.centre)) - DEPTH
+        _add_floor(spec, area, floor, ground.normal(*area.centre), friction)
+        _add_pieces(spec, pieces, [piece.edge()[:, 2] - DEPTH for piece in pieces], friction)
         return
     tiles = add_tiles(spec)
-    geom = spec.worldbody.add_geom(
-        name="ground", material="ground", contype=1, conaffinity=0, friction=(friction, 5e-3, 1e-4)
-    )
+    geom = spec.worldbody.add_geom(name="ground", material="ground")
+    to_stand_on(geom, friction)
     if is_planar(team.terrain):
         # An image, two tiles wide, covers 2 m / texrepeat of a plane when uniform.
         tiles.texuniform, tiles.texrepeat = 1, (1 / TILE, 1 / TILE)
@@ -33,6 +48,15 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
         return
     tiles.texrepeat = (half_x / TILE, half_y / TILE)  # over the whole height field
     shape_height_field(spec, geom, area, area.surface(ground, spacing=0.05)[:, :, 2])
+    _paint_ditches(spec, team, area)
+
+
+def to_stand_on(geom: mujoco.MjsGeom, friction: float, softness: float = SOFTNESS) -> None:
+    """Has a geom of the ground bear whatever touches it."""
+    geom.contype, geom.conaffinity, geom.condim = 1, 0, 3
+    geom.friction[:] = (friction, 5e-3, 1e-4)
+    # Over the feet's priority, so that friction and softness are the ground's.
+    geom.priority, geom.solref[:] = 2, (softness, 1.0)
 
 
 def shape_height_field(
@@ -51,31 +75,35 @@ def shape_height_field(
     geom.pos = (*area.centre, base)
 
 
-def _add_foothold_areas(
-    spec: mujoco.MjSpec, ground: FootholdAreas, area: Area, friction: float
+def _add_floor(
+    spec: mujoco.MjSpec, area: Area, height: float, normal: NDArray[np.float64], friction: float
 ) -> None:
-    """A prism `area/<i>` over a dark floor for each area that may be stepped on."""
-    floor = floor_below(ground)
-    spec.worldbody.add_geom(
+    geom = spec.worldbody.add_geom(
         name="floor",
         type=mujoco.mjtGeom.mjGEOM_PLANE,
-        pos=(*area.centre, floor),
+        pos=(*area.centre, height),
+        quat=frame_quaternion(normal),
         size=(*area.half, 0.5),
         rgba=GAP,
     )
-    for i, foothold in enumerate(ground.areas):
-        name = f"area/{i}"
-        corners, triangles = prism(foothold, floor)
+    to_stand_on(geom, friction)
+
+
+def _add_pieces(
+    spec: mujoco.MjSpec,
+    pieces: Sequence[FootholdArea],
+    floors: Sequence[NDArray[np.float64] | float],
+    friction: float,
+) -> None:
+    """A prism `ground/<i>` up to each piece."""
+    for i, (piece, floor) in enumerate(zip(pieces, floors, strict=True)):
+        name = f"ground/{i}"
+        corners, triangles = prism(piece, floor)
         spec.add_mesh(name=name, uservert=corners.ravel(), userface=triangles.ravel())
-        spec.worldbody.add_geom(
-            name=name,
-            type=mujoco.mjtGeom.mjGEOM_MESH,
-            meshname=name,
-            rgba=(*TILES[i % 2], 1.0),
-            contype=1,
-            conaffinity=0,
-            friction=(friction, 5e-3, 1e-4),
+        geom = spec.worldbody.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=(*TILES[i % 2], 1.0)
         )
+        to_stand_on(geom, friction)
 
 
 def add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:
@@ -94,7 +122,7 @@ def add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:
     return material
 
 
-def add_ditches(spec: mujoco.MjSpec, team: Team, area: Area) -> None:
+def _paint_ditches(spec: mujoco.MjSpec, team: Team, area: Area) -> None:
     """Add the ditches' strips, which collide with nothing: a ditch is where no foot may stand."""
     for strip in ditch_strips(team, area):
         spec.worldbody.add_geom(

@@ -29,7 +29,7 @@ def test_shipped_scenarios_start_and_are_shown(name):
     scenario = open_scenario(name).changed(duration=0.5)
     scene = build_scene(scenario.scene)
     geoms = [scene.model.geom(i).name for i in range(scene.model.ngeom)]
-    assert sum(geom.startswith("area/") for geom in geoms) == len(scenario.ground.areas)
+    assert sum(geom.startswith("ground/") for geom in geoms) == len(scenario.ground.areas)
     rollout = run_scenario(scenario)
     assert rollout.violation["area"].max() < 1e-3
     assert json.loads(scenario.scene.to_json())["terrain"]["type"] in (name, "stones")
