@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import signal
-from collections.abc import Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -78,12 +78,25 @@ def trials(suite: str, planners: tuple[str, ...], seeds: int) -> list[Trial]:
     return [Trial(suite, planner, seed) for seed in range(1, seeds + 1) for planner in planners]
 
 
-def missing_of(wanted: list[Trial], results: RowStore) -> list[Trial]:
+class AnyTrial(Protocol):
+    """One run of a campaign of any kind; pickled on its way to another process."""
+
+    @property
+    def key(self) -> str:
+        """Under which its figures are kept."""
+
+    def run(self) -> dict[str, Any]:
+        """Its figures."""
+
+
+def missing_of(wanted: Sequence[AnyTrial], results: RowStore) -> list[AnyTrial]:
     """Those of `wanted` whose figures are not kept yet."""
     return [trial for trial in wanted if trial.key not in results]
 
 
-def run_trials(wanted: list[Trial], results: RowStore, jobs: int) -> Iterator[dict[str, Any]]:
+def run_trials(
+    wanted: Sequence[AnyTrial], results: RowStore, jobs: int
+) -> Iterator[dict[str, Any]]:
     """Runs what is missing in `jobs` processes, keeps figures as they come and yields them.
 
     A line that a stop has cut off is dropped, and its trial runs again.
@@ -95,11 +108,11 @@ def run_trials(wanted: list[Trial], results: RowStore, jobs: int) -> Iterator[di
         return
     workers = min(jobs, len(missing))
     with ProcessPoolExecutor(workers, initializer=_leave_interrupts_to_parent) as pool:
-        futures: list[Future[dict[str, Any]]] = [pool.submit(Trial.run, t) for t in missing]
+        trials_of = {pool.submit(trial.run): trial for trial in missing}
         try:
-            for future in as_completed(futures):
+            for future in as_completed(trials_of):
                 row = future.result()
-                results.add(Trial(row["suite"], row["planner"], row["seed"]).key, row)
+                results.add(trials_of[future].key, row)
                 yield row
         except BaseException:
             _stop(pool)

@@ -93,6 +93,9 @@ def test_senseless_numbers_are_refused(words, option, kind, tmp_path, monkeypatc
         (["bench", "solver"], "--qp", "magic", "--qp 'magic' is unknown"),
         (["campaign", "bar"], "--suite", "moon", "suite: 'moon' is not one of"),
         (["campaign", "bar"], "--planners", ",", "planner: '' is not one of"),
+        (["campaign", "hands"], "--suite", "moon", "suite: 'moon' is not one of"),
+        (["campaign", "hands"], "--without", "luck", "without: 'luck' is not one of"),
+        (["campaign", "hands"], "--at", "much", "could not convert"),
     ],
 )
 def test_values_are_refused_with_their_rule(words, option, value, message, tmp_path, monkeypatch):
