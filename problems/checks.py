@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -68,3 +71,12 @@ def _number(field: str, value: float) -> float:
         return float(value)
     except (TypeError, ValueError) as error:
         raise ProblemError(f"{field} is {value!r}; a number is needed") from error
+
+
+@contextmanager
+def of_the_engine() -> Iterator[None]:
+    """Bad values that the engine finds, as errors of the problem."""
+    try:
+        yield
+    except ValueError as error:
+        raise ProblemError(str(error)) from error

@@ -87,8 +87,8 @@ def measure_planners(samples: int, solvers: tuple[str, ...] = ("structured",)) -
 
 def _add_plan(planner: Planner, times: Times, total: float) -> None:
     if isinstance(planner, DistributedPlanner):
-        for local, milliseconds in zip(planner.locals, planner.local_ms, strict=True):
-            _add(times, local.mpc, milliseconds)
+        for mpc, milliseconds in zip(planner.problems, planner.local_ms, strict=True):
+            _add(times, mpc, milliseconds)
     elif isinstance(planner, CentralizedPlanner):
         _add(times, planner.mpc, total)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -270,7 +268,7 @@ class Planner:
         """
         self._check_time(time)
         self._is_prepared = False
-        with _named_errors():
+        with checks.of_the_engine():
             self._core.solve(time, *self._given(state, command))
         return self._answer()
 
@@ -287,7 +285,7 @@ class Planner:
             raise ProblemError("a planner with candidates has no two phases; use solve")
         self._check_time(time)
         self._is_prepared = False
-        with _named_errors():
+        with checks.of_the_engine():
             is_ready = self._core.prepare(time, *self._given(predicted, command))
         self._is_prepared = True
         return is_ready
@@ -300,7 +298,7 @@ class Planner:
         if not self._is_prepared:
             raise ProblemError("nothing was prepared; feedback needs a call of prepare before it")
         self._is_prepared = False
-        with _named_errors():
+        with checks.of_the_engine():
             self._core.feedback(*_arrays(state))
         return self._answer()
 
@@ -354,15 +352,6 @@ class Planner:
         if self._time is not None and time < self._time:
             raise ProblemError(f"time is {time} s; the last plan was made at {self._time} s")
         self._time = time
-
-
-@contextmanager
-def _named_errors() -> Iterator[None]:
-    """Bad values that the engine finds, as errors of the problem."""
-    try:
-        yield
-    except ValueError as error:
-        raise ProblemError(str(error)) from error
 
 
 def _arrays(state: TeamState) -> tuple[np.ndarray, np.ndarray]:

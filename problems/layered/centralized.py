@@ -10,7 +10,7 @@ import numpy as np
 from palanquin import _core
 from palanquin.problems.layered.interconnected import Team, build_interconnected
 from palanquin.problems.layered.linear_mpc import LinearMpc
-from palanquin.problems.layered.planner import Desired, LayeredPlan, Planner, RobotStates
+from palanquin.problems.layered.planner import Desired, Planner, RobotStates
 from palanquin.problems.layered.settings import WORKING, LayeredSettings
 
 
@@ -23,6 +23,8 @@ class CentralizedPlanner(Planner):
         >>> plan.forces  # [M, 4, 3], N
     """
 
+    core: _core.CentralizedPlanner
+
     def __init__(
         self,
         team: Team | None = None,
@@ -30,8 +32,7 @@ class CentralizedPlanner(Planner):
         qp: str = "structured",
         **options: object,
     ) -> None:
-        super().__init__(team, settings)
-        team = self.team
+        team = team or Team()
         self.mpc = mpc = LinearMpc(
             build_interconnected(team, settings.horizon, settings.dt), qp, **options
         )
@@ -52,54 +53,16 @@ class CentralizedPlanner(Planner):
             p[f"{name}.weight"] = settings.multiplier
             p[f"{name}.slack"] = settings.slack
             p[f"{name}.hard"], p[f"{name}.penalty"] = settings.row_flags()
-        self._views = [
-            tuple(p[f"{name}.{part}"] for part in ("rotation", "feet", "contact", "desired"))
-            for name in team.names()
-        ]
+        super().__init__(team, settings, _core.CentralizedPlanner(team.core, settings.dt, mpc.core))
 
     @property
     def problems(self) -> list[LinearMpc]:
         """The one of the whole team."""
         return [self.mpc]
 
-    def _solve(
-        self, time: float, states: RobotStates, contacts: np.ndarray, desired: Desired
-    ) -> LayeredPlan:
-        self.linearize_at(states, contacts, desired)
-        status = self.mpc.solve()
-        z = self.mpc.trajectory
-        n = self.settings.horizon
-        bars = z[:n, self.bar_columns]
-        return LayeredPlan(
-            time,
-            self.settings.dt,
-            z[:, self.state_columns],
-            states.rotation,
-            z[:n, self.force_columns],
-            bars,
-            np.broadcast_to(bars[0], (self.team.robots, bars.shape[1])),
-            status.name.lower(),
-            usable := _core.is_usable(status),
-            "" if usable else self.mpc.message,
-            cost=(self.mpc.cost,),
-        )
-
     def linearize_at(self, states: RobotStates, contacts: np.ndarray, desired: Desired) -> None:
         """Puts operating point, parameters and references into the MPC's arrays."""
-        guess = self.mpc.guess
-        x = np.zeros((self.team.robots, 12))
-        x[:, 0:3], x[:, 3:6], x[:, 9:12] = (
-            states.position, states.velocity, states.angular_velocity,
-        )  # fmt: skip
-        guess[:, self.state_columns] = x
-        guess[:-1, self.force_columns] = self.operating_inputs(contacts)
-        guess[:, self.bar_columns] = self.operating_multipliers()
-        wanted = desired.over_horizon(states.rotation, self.settings.horizon, self.settings.dt)
-        for i, (rotation, feet, contact, reference) in enumerate(self._views):
-            rotation[:] = states.rotation[i]
-            feet[:] = states.feet[i]
-            contact[:] = contacts[:, i]
-            reference[:] = wanted[i]
+        self.core.linearize_at(0.0, *self._arrays(states, contacts, desired))
 
 
 class NominalPlanner(CentralizedPlanner):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from palanquin import _core
 from palanquin.errors import ProblemError
 from palanquin.problem import Problem
 from palanquin.problems import checks
@@ -46,6 +47,11 @@ class Team:
     def robots(self) -> int:
         """Number M of robots."""
         return len(self.masses)
+
+    @property
+    def core(self) -> _core.BarTeam:
+        """As the engine takes it."""
+        return _core.BarTeam(list(self.masses), [(bar.robots, bar.rows) for bar in self.bars])
 
     def names(self) -> list[str]:
         """Prefixes of the robots' blocks and parameters: robot1, robot2, ..."""

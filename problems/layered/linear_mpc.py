@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from palanquin import _core
-from palanquin.plan import Sqp, Status
+from palanquin.plan import Sqp
 from palanquin.problem import Problem
 from palanquin.problems.layered.robot import LIMBS
 
@@ -19,32 +19,35 @@ _EQUALITY_WEIGHT = 1e4
 
 
 class LinearMpc:
-    """A lowered problem with its solver and its arrays, laid out once.
+    """A lowered problem with its solver, and its arrays as the engine has them.
 
     The operating point (x_t, u_{t-1}, lambda_{t-1}) is held at every knot of the guess, so that the
     engine's linearisation about it is (13) and (15); one full step of its QP is the linear MPC.
 
     Attributes:
         lowered: the problem.
-        params: its parameters; views into them may be kept and written to.
+        params: its parameters, of which plans write what they are made from.
         guess: operating points at the knots, [N + 1, nz].
-        columns: where a block stands in a row of `guess`.
+        sqp: the solver.
+        core: all of this, as the planners of the engine take it.
     """
 
     def __init__(self, problem: Problem, qp: str = "structured", **options: Any) -> None:
         self.lowered = problem.lower()
-        self.params = self.lowered.parameters()
+        params = self.lowered.parameters()
         options = {"max_iterations": 1, "globalize": False, **options}
         options.setdefault("restoration", {"elastic": False})  # the slack of settings is for that
         options.setdefault("subproblem", {"max_inner_iterations": 1})
         options.setdefault("qp_settings", {"structured": {"equality_weight": _EQUALITY_WEIGHT}})
         self.sqp = Sqp(self.lowered, qp=qp, **options)
-        self.guess = self.lowered.trajectory().values.copy()
+        self.core = _core.LinearMpc(self.lowered.core, params.values, self.sqp._core)
+        self.params = params.over(self.core.parameters)
+        self.guess = self.core.guess
         self._qps = _core.StageQpSource()
         self._places = self.lowered.wrap(np.arange(self.guess.shape[1], dtype=float))
 
     def columns(self, *blocks: str) -> np.ndarray:
-        """Columns of the named blocks, one after the other."""
+        """Columns of the named blocks in a row of `guess`, one after the other."""
         return np.concatenate([self._places[block] for block in blocks]).astype(int)
 
     def state_columns(self, robot: str) -> np.ndarray:
@@ -54,25 +57,6 @@ class LinearMpc:
     def force_columns(self, robot: str) -> np.ndarray:
         """Columns of the forces, [4, 3]."""
         return self.columns(*(f"{robot}.{limb}.force" for limb in LIMBS)).reshape(4, 3)
-
-    def solve(self) -> Status:
-        """Solves for what stands in `params` and `guess`; the result is in `trajectory`."""
-        return self.sqp.advance(self.params.values, self.guess[0], self.guess)
-
-    @property
-    def trajectory(self) -> np.ndarray:
-        """The solution [N + 1, nz]."""
-        return self.sqp.latest
-
-    @property
-    def cost(self) -> float:
-        """Optimal cost, constants included."""
-        return self.sqp.model_cost
-
-    @property
-    def message(self) -> str:
-        """Why the last solve stopped."""
-        return self.sqp.message
 
     def linearise(self) -> _core.StageQp:
         """The QP for what stands in `params` and `guess`, valid until the next one."""

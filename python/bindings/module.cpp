@@ -11,4 +11,5 @@ NB_MODULE(_core, m) {
   palanquin::bind_stage_qp(m);
   palanquin::bind_grounds(m);
   palanquin::bind_planning(m);
+  palanquin::bind_bar_planner(m);
 }

@@ -34,7 +34,8 @@ class PhysicsPlant(SimulatedRobots):
         self.scene = scene = build_bar_scene(scenario.team, scenario.ground)
         data = scene.data()
         _shift(scene, data, scenario.seed)
-        self._bars = [int(scene.model.joint(f"bar{i + 1}").qposadr[0]) for i in range(robots - 1)]
+        bars = [scene.model.joint(f"bar{i + 1}").qposadr[0] for i in range(robots - 1)]
+        self._bars = np.add.outer(np.array(bars, dtype=int), np.arange(7))  # of their poses
         control = control_settings(scenario.assumed_friction, scenario.gait.gait, STANDING_TIME)
         sensors = scenario.sensors.settings(scenario.seed)
         simulation = make_simulation(scene, data, control, sensors, scenario.disturbances)
@@ -46,7 +47,7 @@ class PhysicsPlant(SimulatedRobots):
 
     def contacts(self, times: Array) -> NDArray[np.bool_]:
         """Which feet the controllers will have on the ground at `times` [n], s: [n, R, 4]."""
-        return np.stack([self.simulation.contacts(i, times) for i in self._robots], axis=1)
+        return self.simulation.contacts_of_all(times).reshape(len(times), len(self._robots), -1)
 
     def change_gait(self, robot: int, gait: Gait, time: float, at_once: bool = False) -> float:
         """Has a robot's controller begin another gait, see `GaitClock.change`; returns when, s."""
@@ -54,7 +55,7 @@ class PhysicsPlant(SimulatedRobots):
 
     def apply(self, plan: BarPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
-        self.targets = targets(plan)
+        self.targets = _sim.targets_of(plan.core)
         return seen
 
     def advance(self, period: float, orders: Orders) -> None:
@@ -64,35 +65,12 @@ class PhysicsPlant(SimulatedRobots):
     def values(self) -> dict[str, Array]:
         """As of `SimulatedRobots`, and the bars' poses at the last period's start."""
         values = super().values()
-        bars = np.array([values["qpos"][address : address + 7] for address in self._bars])
-        return {**values, "bars": bars}
+        return {**values, "bars": values["qpos"][self._bars]}
 
     def extremes(self) -> dict[str, float]:
         """Of all physics steps so far."""
         worst = self.simulation.extremes
         return {"bar_length_error_m": worst.bar_length_error, **super().extremes()}
-
-
-def targets(plan: BarPlan) -> list[_sim.RobotTarget]:
-    """What the controllers are given.
-
-    The accelerations are those that the plan's forces, gravity and bars give: the change of
-    velocity over the first interval.
-    """
-    layered, bodies, planned = plan.layered, plan.seen.bodies, plan.bodies[1]
-    rates = (planned[:, 7:13] - bodies[:, 7:13]) / layered.dt
-    result = []
-    for i, reference in enumerate(plan.references):
-        target = _sim.RobotTarget()
-        target.time = layered.time + layered.dt
-        target.position, target.orientation = planned[i, :3], planned[i, 3:7]
-        target.velocity, target.rate = planned[i, 7:10], planned[i, 10:13]
-        target.acceleration, target.rate_derivative = rates[i, :3], rates[i, 3:]
-        target.forces = layered.forces[i]
-        target.commanded_velocity = reference.velocity
-        target.commanded_yaw_rate = reference.yaw_rate
-        result.append(target)
-    return result
 
 
 def _shift(scene: BarScene, data: mujoco.MjData, seed: int) -> None:

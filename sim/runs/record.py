@@ -278,11 +278,12 @@ class RecordBuilder:
     ) -> None:
         """Add one tick: `values` are the per-tick arrays of `Record` by name.
 
-        Raises InputError for a missing, unknown or misshapen value.
+        Raises InputError for a missing, unknown or misshapen value; numbers are looked at when the
+        record is built.
         """
         _check_names("tick", values, self._shapes)
         for name, value in values.items():
-            _check_array(name, value, self._shapes[name])
+            _check_shape(name, value, self._shapes[name])
         groups = {"phases": phases or {}, "violation": violation or {}, "more": more or {}}
         for name, group in groups.items():
             _check_names(name, group, (self._groups or [groups])[0][name])
@@ -316,11 +317,9 @@ class RecordBuilder:
 
 
 def _check_names(where: str, given: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
-    missing, unknown = (
-        sorted(expected.keys() - given.keys()),
-        sorted(given.keys() - expected.keys()),
-    )
-    if missing or unknown:
+    if given.keys() != expected.keys():
+        missing = sorted(expected.keys() - given.keys())
+        unknown = sorted(given.keys() - expected.keys())
         raise InputError(f"record {where}: missing {missing}, unknown {unknown}")
 
 
@@ -331,8 +330,12 @@ def _check_plan_time(plan_time: Array) -> None:
         raise InputError("record.plan_time: must start at 0 and increase")
 
 
-def _check_array(name: str, value: Any, shape: tuple[int, ...]) -> None:
+def _check_shape(name: str, value: Any, shape: tuple[int, ...]) -> None:
     if np.shape(value) != shape:
         raise InputError(f"record.{name}: shape {np.shape(value)} instead of {shape}")
+
+
+def _check_array(name: str, value: Any, shape: tuple[int, ...]) -> None:
+    _check_shape(name, value, shape)
     if name in _FINITE and not np.all(np.isfinite(np.asarray(value, float))):
         raise InputError(f"record.{name}: every value must be finite")

@@ -97,8 +97,10 @@ def _of_bars(scenario: BarScenario, planner: layered.Planner, director: Director
         plant = PhysicsPlant(scenario, period)
 
     def has_arrived(first: Tick, last: Tick) -> bool:
+        if scenario.distance is None:
+            return False
         x, start = last.seen.bodies[:, 0], first.seen.bodies[:, 0]
-        return bool(x.min() - start.min() >= (scenario.distance or math.inf))
+        return bool(x.min() - start.min() >= scenario.distance)
 
     return Loop(
         plant,

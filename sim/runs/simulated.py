@@ -45,14 +45,13 @@ class SimulatedRobots:
 
     def measured(self) -> Measurement:
         """The robots alone, through their sensors: noisy and late, if they are."""
-        seen = [self.simulation.observe(i) for i in self._robots]
-        parts = [(o.position, o.orientation, o.velocity, o.rate) for o in seen]
+        bodies, feet, footholds, ground = self.simulation.observe_all()
         return Measurement(
             self.time,
-            bodies=np.array([np.concatenate(part) for part in parts]),
-            feet=np.array([robot.feet for robot in seen]),
-            footholds=np.array([robot.footholds for robot in seen]),
-            ground=np.array([robot.ground for robot in seen]),
+            bodies=bodies,
+            feet=feet.reshape(len(bodies), -1, 3),
+            footholds=footholds.reshape(len(bodies), -1, 3),
+            ground=ground,
         )
 
     def step(self) -> None:
@@ -62,10 +61,10 @@ class SimulatedRobots:
 
     def values(self) -> dict[str, Array]:
         """Forces and virtual constraints at the last period's end, configuration at its start."""
-        simulation = self.simulation
+        foot_forces, output_errors = self.simulation.values()
         return {
-            "foot_force": np.array([simulation.foot_forces(i) for i in self._robots]),
-            "output_error": np.array([simulation.output_errors(i) for i in self._robots]),
+            "foot_force": foot_forces.reshape(len(output_errors), -1, 3),
+            "output_error": output_errors,
             "qpos": self._qpos,
         }
 

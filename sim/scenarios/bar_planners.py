@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from palanquin.problems.layered.bar import Bar
@@ -13,7 +14,7 @@ from palanquin.problems.layered.settings import WORKING, LayeredSettings
 from palanquin.problems.robots import A1
 from palanquin.sim.scenarios.bar_team import ATTACH, BarTeam
 
-KINDS: dict[str, type[Planner]] = {
+KINDS: dict[str, Callable[..., Planner]] = {
     "centralized": CentralizedPlanner,
     "distributed": DistributedPlanner,
     "nominal": NominalPlanner,

@@ -20,9 +20,7 @@ from palanquin.problems.layered import (
     NominalPlanner,
     RobotStates,
     Team,
-    rotations,
 )
-from palanquin.problems.layered.link import Link, Message
 
 DATA = Path(__file__).parent.parent / "data" / "layered"
 CASE = json.loads((DATA / "holonomic_trot.json").read_text())
@@ -142,62 +140,6 @@ def test_repeated_exchanges_lead_to_the_centralized_plan():
     assert estimates == pytest.approx(central.multipliers[0], abs=0.02)
     alone, _ = error(exchanges=60, dual_terms=False)
     assert alone > 1.0  # the neighbours' multipliers are what makes it so
-
-
-def message(step, **changes):
-    """One of a robot whose foot forces are 1 + step N, over three intervals."""
-    parts = {
-        "operating": np.eye(3),
-        "states": np.zeros((4, 12)),
-        "inputs": np.full((3, 4, 3), 1.0 + step),
-        "bars": {0: np.arange(3.0)[:, None]},
-        "dual": np.zeros((3, 12)),
-        "feet": np.zeros((4, 3)),
-    }
-    return Message(step, **(parts | changes))
-
-
-def heard(settings, samples=200):
-    """Which sample's message is heard at each, after a greeting."""
-    link = Link(settings)
-    link.send(message(0, is_held=True))
-    steps = []
-    for step in range(samples):
-        newest = link.receive(step)
-        steps.append(newest.step)
-        assert newest.aged(0) is newest
-        link.send(message(step))
-    return np.array(steps)
-
-
-@pytest.mark.parametrize("delay", [1, 3])
-def test_a_slow_link_delivers_as_late_as_it_is_told(delay):
-    steps = heard(LinkSettings(delay=delay))
-    np.testing.assert_array_equal(steps, np.maximum(np.arange(200) - delay, 0))
-
-
-def test_a_lossy_link_keeps_the_newest_that_it_heard():
-    steps = heard(LinkSettings(loss=0.5, seed=4))
-    fresh = steps == np.maximum(np.arange(200) - 1, 0)
-    assert 70 < fresh.sum() < 130
-    assert (np.diff(steps) >= 0).all()
-    np.testing.assert_array_equal(steps, heard(LinkSettings(loss=0.5, seed=4)))
-    assert (steps != heard(LinkSettings(loss=0.5, seed=5))).any()
-    assert (heard(LinkSettings(loss=1.0)) == 0).all()  # the greeting always arrives
-
-
-def test_a_message_ages_along_its_own_plan():
-    link = Link(LinkSettings(delay=2))
-    states = np.zeros((4, 12))
-    states[:, 0], states[:, 8] = np.arange(4), 0.1 * np.arange(4)
-    sent = message(0, states=states)
-    link.send(sent)
-    aged = link.receive(2)
-    np.testing.assert_array_equal(aged.states[:, 0], [2, 3, 3, 3])
-    np.testing.assert_allclose(aged.states[:, 8], [0, 0.1, 0.1, 0.1], atol=1e-12)
-    np.testing.assert_allclose(aged.operating, rotations.exp(np.array([0, 0, 0.2])), atol=1e-12)
-    np.testing.assert_array_equal(aged.bars[0].ravel(), [2, 2, 2])
-    np.testing.assert_array_equal(aged.inputs[:, 0, 0], [1, 0, 0])  # nothing beyond the plan
 
 
 def test_planners_hear_over_their_links():

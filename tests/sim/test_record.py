@@ -80,6 +80,12 @@ def test_robots_on_bars_are_recorded_alike(tmp_path):
     np.testing.assert_array_equal(loaded.more["estimates"], record.more["estimates"])
 
 
+def built(build, change):
+    """A record of one tick, changed."""
+    build.append(**entry() | change)
+    return build.build(0.1)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -95,7 +101,7 @@ def test_robots_on_bars_are_recorded_alike(tmp_path):
 )
 def test_bad_ticks_are_refused(rollout, change, message):
     with pytest.raises(InputError, match=message):
-        builder(rollout).append(**entry() | change)
+        built(builder(rollout), change)
 
 
 def test_missing_array_is_named(rollout):

@@ -3,35 +3,14 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "palanquin/control/planning/slots.hpp"
+
 namespace palanquin::planning {
 
 namespace {
-constexpr const char* kFootNames[kFeet] = {"LF", "RF", "LH", "RH"};
 constexpr const char* kParts[4] = {"position", "orientation", "velocity", "angular_velocity"};
 constexpr int kPartOffsets[4] = {0, 3, 7, 10};  // in a body's state
 constexpr int kPartSizes[4] = {3, 4, 3, 3};
-
-const ParameterInfo* find(const LoweredProblem& problem, const std::string& name) {
-  for (const ParameterInfo& p : problem.parameters())
-    if (p.name == name) return &p;
-  return nullptr;
-}
-
-int parameter(const LoweredProblem& problem, const std::string& name, int size) {
-  const ParameterInfo* p = find(problem, name);
-  if (p == nullptr || p->size != size)
-    throw std::invalid_argument("problem '" + problem.name() + "' has no parameter '" + name +
-                                "' of " + std::to_string(size) + " numbers");
-  return p->offset;
-}
-
-int block(const LoweredProblem& problem, const std::string& name, int size) {
-  const BlockInfo& b = problem.block(name);
-  if (b.size != size)
-    throw std::invalid_argument("block '" + name + "' has " + std::to_string(b.size) +
-                                " numbers; " + std::to_string(size) + " are needed");
-  return b.offset;
-}
 }  // namespace
 
 TeamSlots::TeamSlots(const LoweredProblem& problem, const Team& team, const Terrain& terrain) {
@@ -40,37 +19,38 @@ TeamSlots::TeamSlots(const LoweredProblem& problem, const Team& team, const Terr
   for (const std::string& body : names) {
     Parts z, p;
     for (int i = 0; i < 4; ++i) {
-      z[i] = block(problem, body + "." + kParts[i], kPartSizes[i]);
-      p[i] = parameter(problem, body + ".reference." + kParts[i], kPartSizes[i]);
+      z[i] = block_slot(problem, body + "." + kParts[i], kPartSizes[i]);
+      p[i] = parameter_slot(problem, body + ".reference." + kParts[i], kPartSizes[i]);
     }
     bodies.push_back(z);
     references_.push_back(p);
-    external_.push_back({parameter(problem, body + ".external_force", 3),
-                         parameter(problem, body + ".external_torque", 3)});
-    inertials_.push_back(
-        {parameter(problem, body + ".mass", 1), parameter(problem, body + ".inertia", 3)});
+    external_.push_back({parameter_slot(problem, body + ".external_force", 3),
+                         parameter_slot(problem, body + ".external_torque", 3)});
+    inertials_.push_back({parameter_slot(problem, body + ".mass", 1),
+                          parameter_slot(problem, body + ".inertia", 3)});
   }
   const std::vector<LocalParameter> local = terrain.local_parameters();
   for (const LocalParameter& l : local) ground_size_ += l.size;
   for (const Carrier& carrier : team.carriers) {
     const std::string& robot = carrier.name;
-    hands.push_back(
-        {block(problem, robot + ".hand.force", 3), block(problem, robot + ".hand.torque", 3)});
-    footholds_.push_back(parameter(problem, robot + ".reference.footholds", 3 * kFeet));
-    contacts_.push_back(parameter(problem, robot + ".contact", kFeet));
-    previous_.push_back(parameter(problem, robot + ".previous_contact", kFeet));
+    hands.push_back({block_slot(problem, robot + ".hand.force", 3),
+                     block_slot(problem, robot + ".hand.torque", 3)});
+    footholds_.push_back(parameter_slot(problem, robot + ".reference.footholds", 3 * kFeet));
+    contacts_.push_back(parameter_slot(problem, robot + ".contact", kFeet));
+    previous_.push_back(parameter_slot(problem, robot + ".previous_contact", kFeet));
     for (const char* limb : kFootNames) {
       const std::string foot = robot + "." + limb;
-      feet.push_back(block(problem, foot + ".foot", 3));
-      forces.push_back(block(problem, foot + ".force", 3));
+      feet.push_back(block_slot(problem, foot + ".foot", 3));
+      forces.push_back(block_slot(problem, foot + ".force", 3));
       if (local.empty()) continue;
       ground_.emplace_back();
       for (const LocalParameter& l : local)
-        ground_.back().emplace_back(parameter(problem, foot + ".ground." + l.name, l.size), l.size);
+        ground_.back().emplace_back(parameter_slot(problem, foot + ".ground." + l.name, l.size),
+                                    l.size);
     }
   }
-  spacing_ = parameter(problem, "dt", 1);
-  if (const ParameterInfo* p = find(problem, "ditches")) {
+  spacing_ = parameter_slot(problem, "dt", 1);
+  if (const ParameterInfo* p = find_parameter(problem, "ditches")) {
     ditches_ = p->offset;
     most_ditches_ = p->size / 4;
   }

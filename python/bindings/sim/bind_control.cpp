@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "palanquin/control/whole_body/bar_targets.hpp"
 #include "palanquin/control/whole_body/robot_controller.hpp"
 
 namespace nb = nanobind;
@@ -124,6 +125,9 @@ void bind_targets(nb::module_& m) {
       .def_rw("commanded_velocity", &RobotTarget::commanded_velocity)
       .def_rw("commanded_yaw_rate", &RobotTarget::commanded_yaw_rate)
       .def_prop_rw("hands", nullptr, &set_hands, "A HandTarget for each, to be set as a whole.");
+  m.def("targets_of", &targets_of, "plan"_a,
+        nb::sig("def targets_of(plan: object) -> list[RobotTarget]"),
+        "What the controllers are given of a plan of robots on bars, one each.");
   nb::class_<RobotObservation>(m, "RobotObservation", "See robot_target.hpp.")
       .def_ro("position", &RobotObservation::position)
       .def_ro("velocity", &RobotObservation::velocity)

@@ -1,11 +1,15 @@
 #include <nanobind/eigen/dense.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <tuple>
+#include <utility>
 
 #include "bindings.hpp"
 #include "palanquin/plant/team_simulation.hpp"
@@ -48,12 +52,52 @@ Flags contacts(const TeamSimulation& simulation, int robot, const Eigen::VectorX
   return flags;
 }
 
+/// The same of all robots' feet, [n, 4 R].
+Flags contacts_of_all(const TeamSimulation& simulation, const Eigen::VectorXd& times) {
+  const int feet = simulation.controller(0).feet();
+  Flags flags(times.size(), feet * simulation.robots());
+  for (int i = 0; i < simulation.robots(); ++i)
+    flags.middleCols(feet * i, feet) = contacts(simulation, i, times);
+  return flags;
+}
+
 Eigen::MatrixXd foot_forces(const TeamSimulation& simulation, int robot) {
   return simulation.foot_forces(robot).transpose();
 }
 
 Eigen::VectorXd output_errors(const TeamSimulation& simulation, int robot) {
   return simulation.controller(robot).output_errors();
+}
+
+/// Of all robots: states [R, 13], feet and footholds [4 R, 3], heights of the ground [R].
+using Observations = std::tuple<RowMatrix, RowMatrix, RowMatrix, Eigen::VectorXd>;
+
+Observations observe_all(TeamSimulation& simulation) {
+  const int robots = simulation.robots(), feet = simulation.controller(0).feet();
+  Observations all{RowMatrix(robots, 13), RowMatrix(feet * robots, 3), RowMatrix(feet * robots, 3),
+                   Eigen::VectorXd(robots)};
+  auto& [bodies, stands, footholds, ground] = all;
+  for (int i = 0; i < robots; ++i) {
+    const RobotObservation seen = simulation.observe(i);
+    bodies.row(i) << seen.position.transpose(), seen.orientation.transpose(),
+        seen.velocity.transpose(), seen.rate.transpose();
+    stands.middleRows(feet * i, feet) = seen.feet.transpose();
+    footholds.middleRows(feet * i, feet) = seen.footholds.transpose();
+    ground[i] = seen.ground;
+  }
+  return all;
+}
+
+/// What a record has of all robots at a period's end: forces on the feet [4 R, 3], virtual
+/// constraints [R, 6].
+std::pair<RowMatrix, RowMatrix> values(const TeamSimulation& simulation) {
+  const int robots = simulation.robots(), feet = simulation.controller(0).feet();
+  std::pair<RowMatrix, RowMatrix> all{RowMatrix(feet * robots, 3), RowMatrix(robots, 6)};
+  for (int i = 0; i < robots; ++i) {
+    all.first.middleRows(feet * i, feet) = simulation.foot_forces(i).transpose();
+    all.second.row(i) = output_errors(simulation, i).transpose();
+  }
+  return all;
 }
 
 const auto& last_qp(const TeamSimulation& simulation, int robot) {
@@ -143,6 +187,8 @@ void bind_simulation(nb::module_& m) {
       .def("run", &TeamSimulation::run, "periods"_a, "targets"_a,
            nb::call_guard<nb::gil_scoped_release>())
       .def("observe", &TeamSimulation::observe, "robot"_a)
+      .def("observe_all", &observe_all,
+           "Of all robots: states [R, 13], feet and footholds [4 R, 3], heights of the ground [R].")
       .def("change_gait", &TeamSimulation::change_gait, "robot"_a, "gait"_a, "time"_a,
            "at_once"_a = false,
            nb::sig("def change_gait(self, robot: int, gait: object, time: float, "
@@ -152,9 +198,13 @@ void bind_simulation(nb::module_& m) {
            "A copy of the controller's last QP: torques, then the contacts' forces.")
       .def("contacts", guarded("contacts", &contacts), "robot"_a, "times"_a,
            "Flags [n, feet] at `times` [n].")
+      .def("contacts_of_all", guarded("contacts_of_all", &contacts_of_all), "times"_a,
+           "Of all robots, [n, 4 R].")
       .def("foot_forces", guarded("foot_forces", &foot_forces), "robot"_a, "[feet, 3], world, N.")
       .def("output_errors", guarded("output_errors", &output_errors), "robot"_a,
            "Virtual constraints [6]: centre of mass (m), orientation (rad).")
+      .def("values", guarded("values", &values),
+           "Of all robots: `foot_forces` [4 R, 3] and `output_errors` [R, 6].")
       .def_prop_ro("time", guarded("time", &TeamSimulation::time))
       .def_prop_ro("has_fallen", guarded("has_fallen", &TeamSimulation::has_fallen))
       .def_prop_ro("fall", guarded("fall", &TeamSimulation::fall))

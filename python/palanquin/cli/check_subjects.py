@@ -103,7 +103,7 @@ def _of_layered_case(data: Any, source: str) -> Iterator[Subject]:
 def _of_planner(planner: LayeredPlanner) -> Iterator[Subject]:
     """The problems of robots on a bar, where the last plan left them."""
     for mpc in planner.problems:
-        yield Subject(mpc.lowered, mpc.params.values, mpc.trajectory)
+        yield Subject(mpc.lowered, mpc.params.values, mpc.sqp.latest)
 
 
 def _of_scenario(name: str) -> Iterator[Subject]:
