@@ -11,8 +11,8 @@ from palanquin.sim.scenarios.ground import is_planar
 from palanquin.sim.scenarios.team import Team
 from palanquin.sim.scenes.area import TILE, Area
 from palanquin.sim.scenes.area_prisms import DEPTH, between_ditches, floor_below, prism
-from palanquin.sim.scenes.ditch_strips import ditch_strips, frame_quaternion
-from palanquin.sim.scenes.palette import GAP, TILES
+from palanquin.sim.scenes.ditch_strips import Strip, ditch_strips, frame_quaternion
+from palanquin.sim.scenes.palette import DITCH, DITCH_EDGE, GAP, TILES, Colour
 
 SOFTNESS = 0.005
 """Time constant of a contact with ground on which a foot neither creeps nor sinks, s."""
@@ -26,14 +26,16 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
     ground, (half_x, half_y) = team.ground, area.half
     if isinstance(ground, FootholdAreas):
         floor = floor_below(ground)
-        _add_floor(spec, area, floor, np.array([0.0, 0.0, 1.0]), friction)
+        _add_floor(spec, area, floor, np.array([0.0, 0.0, 1.0]), friction, GAP)
         _add_pieces(spec, ground.areas, [floor] * len(ground.areas), friction)
         return
     if team.ditches and is_planar(team.terrain):
-        pieces = between_ditches(ground, team.ditches, area)
         floor = float(ground.height(*area.centre)) - DEPTH
-        _add_floor(spec, area, floor, ground.normal(*area.centre), friction)
-        _add_pieces(spec, pieces, [piece.edge()[:, 2] - DEPTH for piece in pieces], friction)
+        _add_floor(spec, area, floor, ground.normal(*area.centre), friction, DITCH)
+        pieces = between_ditches(ground, team.ditches, area)
+        floors = [piece.edge()[:, 2] - DEPTH for piece in pieces]
+        _add_pieces(spec, pieces, floors, friction, TILES[:1])
+        _paint(spec, [s for s in ditch_strips(team, area) if s.colour == DITCH_EDGE])
         return
     tiles = add_tiles(spec)
     geom = spec.worldbody.add_geom(name="ground", material="ground")
@@ -48,7 +50,7 @@ def add_ground(spec: mujoco.MjSpec, team: Team, area: Area, friction: float) -> 
         return
     tiles.texrepeat = (half_x / TILE, half_y / TILE)  # over the whole height field
     shape_height_field(spec, geom, area, area.surface(ground, spacing=0.05)[:, :, 2])
-    _paint_ditches(spec, team, area)
+    _paint(spec, ditch_strips(team, area))
 
 
 def to_stand_on(geom: mujoco.MjsGeom, friction: float, softness: float = SOFTNESS) -> None:
@@ -76,7 +78,12 @@ def shape_height_field(
 
 
 def _add_floor(
-    spec: mujoco.MjSpec, area: Area, height: float, normal: NDArray[np.float64], friction: float
+    spec: mujoco.MjSpec,
+    area: Area,
+    height: float,
+    normal: NDArray[np.float64],
+    friction: float,
+    colour: Colour,
 ) -> None:
     geom = spec.worldbody.add_geom(
         name="floor",
@@ -84,7 +91,7 @@ def _add_floor(
         pos=(*area.centre, height),
         quat=frame_quaternion(normal),
         size=(*area.half, 0.5),
-        rgba=GAP,
+        rgba=colour,
     )
     to_stand_on(geom, friction)
 
@@ -94,14 +101,16 @@ def _add_pieces(
     pieces: Sequence[FootholdArea],
     floors: Sequence[NDArray[np.float64] | float],
     friction: float,
+    colours: Sequence[tuple[float, float, float]] = TILES,
 ) -> None:
-    """A prism `ground/<i>` up to each piece."""
+    """A prism `ground/<i>` up to each piece, in these colours by turns."""
     for i, (piece, floor) in enumerate(zip(pieces, floors, strict=True)):
         name = f"ground/{i}"
         corners, triangles = prism(piece, floor)
         spec.add_mesh(name=name, uservert=corners.ravel(), userface=triangles.ravel())
+        rgba = (*colours[i % len(colours)], 1.0)
         geom = spec.worldbody.add_geom(
-            name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=(*TILES[i % 2], 1.0)
+            name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, rgba=rgba
         )
         to_stand_on(geom, friction)
 
@@ -122,9 +131,9 @@ def add_tiles(spec: mujoco.MjSpec) -> mujoco.MjsMaterial:
     return material
 
 
-def _paint_ditches(spec: mujoco.MjSpec, team: Team, area: Area) -> None:
-    """Add the ditches' strips, which collide with nothing: a ditch is where no foot may stand."""
-    for strip in ditch_strips(team, area):
+def _paint(spec: mujoco.MjSpec, strips: Sequence[Strip]) -> None:
+    """Add strips of colour, which collide with nothing."""
+    for strip in strips:
         spec.worldbody.add_geom(
             type=mujoco.mjtGeom.mjGEOM_BOX,
             pos=strip.centre,
