@@ -21,9 +21,10 @@ from palanquin.problems.clm.references import (
 from palanquin.problems.clm.team_plan import TeamPlan
 from palanquin.problems.planning import Measurement
 from palanquin.problems.robots import quadruped
-from palanquin.sim.runs.simulated import SimulatedRobots
+from palanquin.sim.runs.plan_link import PlanLink
+from palanquin.sim.runs.simulated import SimulatedRobots, states
 from palanquin.sim.scenarios.disturbance import mean_wrenches
-from palanquin.sim.scenarios.limits import timesteps
+from palanquin.sim.scenarios.limits import TIMESTEP, timesteps
 from palanquin.sim.scenarios.route import payload_route
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.script import Orders
@@ -63,15 +64,42 @@ class HandsPlant(SimulatedRobots):
         names = [[f"{robot}/{joint}" for joint in JOINTS] for robot in self._team.robots]
         self._motors = np.array([[self.scene.model.actuator(n).id for n in row] for row in names])
         simulation = _simulation(self.scene, data, scenario, planner)
-        super().__init__(simulation, data, steps, len(self._team.robots))
+        super().__init__(simulation, data, steps, len(self._team.robots), link_of(scenario))
         self._wrenches = np.zeros((len(self._team.bodies), 6))
+        self._knows_truth = scenario.state == "true"
+        self._held = self.scene.held_body(data)
+        self._truth: dict[str, Array] = {}
 
     def measure(self) -> Measurement:
-        """Centres of mass, trunks and feet as the controllers know them, and the payload."""
+        """Centres of mass, trunks and feet as the controllers know them, and the payload: as it
+        is, or as the hands have it.
+        """
+        if not self._knows_truth:
+            self._truth = self._true_state()
         seen = self.measured()
-        payload = np.concatenate([self._payload.qpos, self._payload.qvel])
-        feet = np.array([self._on_ground(i, feet) for i, feet in enumerate(seen.feet)])
-        return replace(seen, bodies=np.vstack([payload, seen.bodies]), feet=feet)
+        payload = self._true_payload() if self._knows_truth else self._payload_in_hands()
+        return replace(
+            seen, bodies=np.vstack([payload, seen.bodies]), feet=self._on_grounds(seen.feet)
+        )
+
+    def _true_state(self) -> dict[str, Array]:
+        """What is hidden from planner and controllers; see `Record`."""
+        seen = [self.simulation.observe_truth(i) for i in self._robots]
+        return {
+            "true_bodies": np.vstack([self._true_payload(), states(seen)]),
+            "true_feet": self._on_grounds(np.array([robot.feet for robot in seen])),
+        }
+
+    def _true_payload(self) -> Array:
+        return np.concatenate([self._payload.qpos, self._payload.qvel])
+
+    def _payload_in_hands(self) -> Array:
+        seen = [self.simulation.observe(i) for i in self._robots]
+        held = self._held.update([hand for robot in seen for hand in robot.hands])
+        return np.concatenate([held.position, held.orientation, held.velocity, held.rate])
+
+    def _on_grounds(self, feet: Array) -> Array:
+        return np.array([self._on_ground(i, of_robot) for i, of_robot in enumerate(feet)])
 
     def _on_ground(self, robot: int, feet: Array) -> Array:
         """Contact points [4, 3] of feet that were taken to stand on level ground."""
@@ -80,8 +108,9 @@ class HandsPlant(SimulatedRobots):
 
     def apply(self, plan: TeamPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
-        self.targets = targets(self._planner, plan)
-        return replace(seen, footholds=np.array([t.footholds for t in self.targets]))
+        told = targets(self._planner, plan)
+        self.send(told)
+        return replace(seen, footholds=np.array([target.footholds for target in told]))
 
     def advance(self, period: float, orders: Orders) -> None:
         """So many physics steps as a period has, pushed; gaits change with the planner's."""
@@ -98,18 +127,19 @@ class HandsPlant(SimulatedRobots):
         if not (self._wrenches.any() or self.data.xfrc_applied.any()):
             return
         centres = [self.data.xipos[self._bodies[0]]]
-        centres += [self.simulation.observe(i).position for i in self._robots]
+        centres += [self.simulation.observe_truth(i).position for i in self._robots]
         for body, centre, wrench in zip(self._bodies, centres, self._wrenches, strict=True):
             arm = centre - self.data.xipos[body]
             torque = wrench[3:] + np.cross(arm, wrench[:3])
             self.data.xfrc_applied[body] = np.concatenate([wrench[:3], torque])
 
     def values(self) -> dict[str, Array]:
-        """As of `SimulatedRobots`, torques at the last period's end, and the mean wrench of all
-        pushes on each body.
+        """As of `SimulatedRobots`, torques at the last period's end, the mean wrench of all pushes
+        on each body, and what truly was at its start where that is not known.
         """
         shares = self._torque_share()
-        return {**super().values(), "torque_share": shares, "disturbance": self._wrenches}
+        own = {"torque_share": shares, "disturbance": self._wrenches, **self._truth}
+        return {**super().values(), **own}
 
     def _torque_share(self) -> Array:
         """Torques over their limits [R, 16], joints in the order of `JOINTS`."""
@@ -118,8 +148,13 @@ class HandsPlant(SimulatedRobots):
     def extremes(self) -> dict[str, float]:
         """Of all physics steps so far."""
         worst = self.simulation.extremes
-        contacts = {"contact_force_n": worst.contact_force, "slip_m": worst.slip}
-        return {**super().extremes(), **contacts}
+        return {
+            **super().extremes(),
+            "contact_force_n": worst.contact_force,
+            "slip_m": worst.slip,
+            "lost_plans": self._link.lost,
+            "oldest_plan_s": self._link.oldest * TIMESTEP,
+        }
 
 
 def held_scene(scenario: Scenario) -> HeldScene:
@@ -128,6 +163,13 @@ def held_scene(scenario: Scenario) -> HeldScene:
     return build_held_scene(
         scenario.scene, scenario.start_state(), world.friction, route, world.robot_mass
     )
+
+
+def link_of(scenario: Scenario) -> PlanLink[list[_sim.RobotTarget]]:
+    """As late and as lossy as the scenario says; raises InputError for a part of a step."""
+    settings = scenario.planner
+    latency = timesteps("planner.latency", settings.latency)
+    return PlanLink(latency, settings.lost, scenario.seed)
 
 
 def targets(planner: Planner, plan: TeamPlan) -> list[_sim.RobotTarget]:
@@ -192,17 +234,20 @@ def _simulation(
     scene: HeldScene, data: mujoco.MjData, scenario: Scenario, planner: Planner
 ) -> _sim.TeamSimulation:
     members = []
-    for carrier in planner.team.carriers:
+    for index, carrier in enumerate(planner.team.carriers):
+        seed = scenario.seed + index
         control = _sim.RobotControlSettings()
         control.gait = carrier.gait.core
         control.friction = scenario.world.friction
         control.least_force, control.posture = LEAST_FORCE, [_ROLL]
         robot, hips = scene.descriptions[carrier.name], np.array(carrier.model.hips)
-        members.append(
-            make_member(
-                scene.model, carrier.name, JOINTS, robot, hips, control, _sim.MeasurementSettings()
-            )
-        )
+        noise = _sim.MeasurementSettings()
+        if scenario.state == "noisy":
+            noise = scenario.sensors.measurement(seed)
+        member = make_member(scene.model, carrier.name, JOINTS, robot, hips, control, noise)
+        if scenario.state == "estimated":
+            member.estimation = scenario.sensors.estimation(seed)
+        members.append(member)
     payload = int(scene.model.body("payload").id)
     return _sim.TeamSimulation(
         scene.model, data, members, keep_off=[payload], bars=[], disturbances=[]

@@ -55,7 +55,7 @@ class PhysicsPlant(SimulatedRobots):
 
     def apply(self, plan: BarPlan, seen: Measurement) -> Measurement:
         """Gives each controller its target for the period from the plan's time on."""
-        self.targets = _sim.targets_of(plan.core)
+        self.send(_sim.targets_of(plan.core))
         return seen
 
     def advance(self, period: float, orders: Orders) -> None:

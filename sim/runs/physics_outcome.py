@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from palanquin.sim.runs.record import Record
+from palanquin.sim.runs.tracking import estimation_error
 
 SATURATED = 0.999
 """Share of its limit from which on a torque counts as at it."""
@@ -21,9 +22,12 @@ def physics_figures(record: Record) -> dict[str, Any]:
     motors and ticks at their limit; "slip_m": the farthest that a foot slid in one contact;
     "contact_force_max_n": along the normal, of a foot; "control_ms_mean": of a robot's controller;
     "control_fallbacks": its periods without a solution; "touchdowns": how many, and how many of
-    them inside a ditch, the deepest one by so many m.
+    them inside a ditch, the deepest one by so many m; "plans": how many were "lost", and how old
+    the measurement became whose plan was followed. Where the state is not known also
+    "estimation_error" of payload and robots, see `estimation_figures`.
     """
     extremes = record.extremes
+    is_hidden = "true_bodies" in record.more
     return {
         "torque_fraction_max": extremes["torque_fraction"],
         "saturated_share": float((np.abs(record.more["torque_share"]) > SATURATED).mean()),
@@ -32,8 +36,32 @@ def physics_figures(record: Record) -> dict[str, Any]:
         "control_ms_mean": extremes["control_ms_mean"],
         "control_fallbacks": int(extremes["control_fallbacks"]),
         "touchdowns": _touchdown_figures(record),
+        "plans": {
+            "lost": int(extremes["lost_plans"]),
+            "oldest_s": extremes["oldest_plan_s"],
+        },
         "real_time_factor": record.duration / record.wall,
+        **({"estimation_error": estimation_figures(record)} if is_hidden else {}),
     }
+
+
+def estimation_figures(record: Record) -> dict[str, dict[str, float]]:
+    """How wrong payload and robots are taken to be, from the start on: RMS and maximum of position
+    (m), orientation (rad) and velocity (m/s), over all robots.
+    """
+    error = estimation_error(record)
+    return {
+        who: {
+            f"{name}_{how}": float(measure(values[:, bodies]))
+            for name, values in vars(error).items()
+            for how, measure in (("rms", _rms), ("max", np.max))
+        }
+        for who, bodies in (("payload", slice(1)), ("robots", slice(1, None)))
+    }
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _touchdown_figures(record: Record) -> dict[str, float]:
@@ -54,7 +82,7 @@ def touchdowns(record: Record) -> np.ndarray:
     places = []
     for robot, foot in np.ndindex(bears.shape[1:]):
         begins = np.flatnonzero(np.diff(bears[:, robot, foot].astype(int)) > 0) + 1
-        places.append(record.feet[np.minimum(begins + 1, len(bears) - 1), robot, foot])
+        places.append(record.true_feet[np.minimum(begins + 1, len(bears) - 1), robot, foot])
     return np.concatenate(places)
 
 

@@ -99,7 +99,8 @@ class Record:
     of the ground on the feet at the period's end (N, world), `qpos` [T, nq] of the scene at its
     start, `bars` [T, R-1, 7], their poses then, and `output_error` [T, R, 6], virtual constraints:
     position (m), orientation (rad); of hands also `torque_share` [T, R, 16], the motors' torques at
-    the period's end over their limits, in the order of `scenes.inverse_kinematics.JOINTS`.
+    the period's end over their limits, in the order of `scenes.inverse_kinematics.JOINTS`, and
+    where the state is not known, `true_bodies` [T, B, 13] and `true_feet` [T, R, 4, 3] as they are.
 
     Build it with `RecordBuilder` or `load`. Construction raises InputError that names the array,
     its shape and the expected one, or a value that breaks a rule.
@@ -170,6 +171,16 @@ class Record:
     def bodies(self) -> Array:
         """Measured states [T, B, 13]."""
         return self.x.reshape(len(self.time), -1, 13)
+
+    @property
+    def true_bodies(self) -> Array:
+        """States [T, B, 13] as they are: those measured, where nothing else is told."""
+        return self.more.get("true_bodies", self.bodies)
+
+    @property
+    def true_feet(self) -> Array:
+        """The same of contact points [T, R, 4, 3], m."""
+        return self.more.get("true_feet", self.feet)
 
     @property
     def references(self) -> Array:

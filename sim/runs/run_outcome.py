@@ -85,7 +85,7 @@ def payload_error(record: Record) -> dict[str, float]:
 
 def distance(record: Record) -> float:
     """Length of the payload's path over the ground, m."""
-    return float(np.linalg.norm(np.diff(record.x[:, :2], axis=0), axis=1).sum())
+    return float(np.linalg.norm(np.diff(record.true_bodies[:, 0, :2], axis=0), axis=1).sum())
 
 
 def fell(record: Record) -> bool:

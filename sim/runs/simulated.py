@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from palanquin import _sim
 from palanquin.problems.planning import Measurement
+from palanquin.sim.runs.plan_link import PlanLink
 
 Array = NDArray[np.float64]
 
@@ -20,17 +21,21 @@ class SimulatedRobots:
         data: what it steps.
         steps: physics steps between two plans.
         robots: how many there are.
-
-    Attributes:
-        targets: that the controllers follow from now on.
+        link: on which plans reach the controllers; at once unless told.
     """
 
     def __init__(
-        self, simulation: _sim.TeamSimulation, data: mujoco.MjData, steps: int, robots: int
+        self,
+        simulation: _sim.TeamSimulation,
+        data: mujoco.MjData,
+        steps: int,
+        robots: int,
+        link: PlanLink[list[_sim.RobotTarget]] | None = None,
     ) -> None:
         self.simulation, self.data, self._steps = simulation, data, steps
         self._robots = range(robots)
-        self.targets: list[_sim.RobotTarget] = []
+        self._link = link or PlanLink()
+        self._step = 0
         self._qpos = data.qpos.copy()
 
     @property
@@ -54,10 +59,18 @@ class SimulatedRobots:
             ground=ground,
         )
 
+    def send(self, targets: list[_sim.RobotTarget]) -> None:
+        """On their way to the controllers, for what has just been measured."""
+        self._link.send(self._step, targets)
+
     def step(self) -> None:
-        """So many physics steps as a period has."""
+        """So many physics steps as a period has, under the targets that have arrived."""
         self._qpos = self.data.qpos.copy()
-        self.simulation.run(self._steps, self.targets)
+        end = self._step + self._steps
+        while self._step < end and not self.fall:
+            targets, steps = self._link.at(self._step)
+            self._step += self.simulation.run(min(steps, end - self._step), targets)
+            self._link.follow(self._step)
 
     def values(self) -> dict[str, Array]:
         """Forces and virtual constraints at the last period's end, configuration at its start."""
@@ -76,3 +89,9 @@ class SimulatedRobots:
             "control_ms_mean": worst.control_ms / max(worst.control_periods, 1),
             "control_fallbacks": worst.fallbacks,
         }
+
+
+def states(observed: list[_sim.RobotObservation]) -> Array:
+    """States of robots, as of `Measurement.bodies`."""
+    parts = [(o.position, o.orientation, o.velocity, o.rate) for o in observed]
+    return np.array([np.concatenate(part) for part in parts])

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackingError:
-    """Errors of all bodies (payload first) at every tick.
+    """Distances of all bodies (payload first) from where they should be at every tick.
 
     `position` [T, R+1] distances (m); `orientation` [T, R+1] angles (rad); `velocity` [T, R+1]
     (m/s).
@@ -25,8 +25,17 @@ class TrackingError:
 
 
 def tracking_error(record: Record) -> TrackingError:
-    """Measured states of `record` against its references."""
-    x, reference = record.bodies, record.references
+    """States of `record`, as they truly were, against its references."""
+    return difference(record.true_bodies, record.references)
+
+
+def estimation_error(record: Record) -> TrackingError:
+    """What planner and controllers took for the states, against what they truly were."""
+    return difference(record.bodies, record.true_bodies)
+
+
+def difference(x: Array, reference: Array) -> TrackingError:
+    """Of states [T, B, 13]."""
     cosine = np.abs(np.sum(normalised(x[..., 3:7]) * normalised(reference[..., 3:7]), axis=-1))
     return TrackingError(
         position=np.linalg.norm(x[..., :3] - reference[..., :3], axis=-1),

@@ -24,6 +24,7 @@ from palanquin.sim.scenarios.obstacles import AnyObstacle
 from palanquin.sim.scenarios.payload import Payload
 from palanquin.sim.scenarios.robot import Robot
 from palanquin.sim.scenarios.script import Script
+from palanquin.sim.scenarios.sensing import KnownState, Sensing
 from palanquin.sim.scenarios.settings import PlannerSettings
 from palanquin.sim.scenarios.start import disturbed
 from palanquin.sim.scenarios.start_pose import StartPose
@@ -64,6 +65,12 @@ class Scenario(Strict):
     )
     planner: PlannerSettings = Field(PlannerSettings(), description="how they plan")
     world: World = Field(World(), description="that full physics simulates")
+    state: KnownState = Field(
+        "true",
+        description="what planner and controllers know in full physics: the state itself, with "
+        "white noise, or what an estimator makes of sensors",
+    )
+    sensors: Sensing = Field(Sensing(), description="what that noise and those sensors are")
     duration: Positive = Field(10.0, description="of the run, s")
     seed: Seed = Field(
         0,
@@ -91,6 +98,12 @@ class Scenario(Strict):
             if push.body not in self.bodies:
                 raise ValueError(f"pushes[{i}].body: {push.body!r} is not one of {self.bodies}")
         self._lines = self.ditches.draw(self.seed)
+        return self
+
+    @model_validator(mode="after")
+    def _require_physics(self) -> Self:
+        if self.tracking == "kinematic" and self.state != "true":
+            raise ValueError(f"state: is {self.state!r}; a kinematic run has no sensors")
         return self
 
     @model_validator(mode="after")

@@ -128,6 +128,12 @@ class _Settings(Strict):
     horizon: Annotated[int, Field(ge=1, le=200)] = Field(15, description="number N of intervals")
     dt: Positive = Field(1 / 30, description="length of an interval, s")
     rate: Annotated[float, Field(ge=1, le=1000)] = Field(30.0, description="plans a second, Hz")
+    latency: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.0, description="from a measurement to when its plan is followed, in physics, s"
+    )
+    lost: Annotated[float, Field(ge=0, lt=1)] = Field(
+        0.0, description="share of plans that never reach the controllers, in physics"
+    )
     iterations: Annotated[int, Field(ge=1, le=100)] = Field(1, description="SQP iterations a plan")
     # Seldom needed; a touchdown of several feet that comes into the horizon takes up to ten.
     inner_iterations: Annotated[int, Field(ge=1, le=100)] = Field(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -54,6 +55,16 @@ class HeldScene:
         data = mujoco.MjData(self.model)
         data.qpos[:], data.qvel[:] = self.start, self.motion
         return data
+
+    def held_body(self, data: mujoco.MjData) -> _sim.HeldBody:
+        """The payload as its hands tell of it, held as it is in `data`."""
+        mujoco.mj_kinematics(self.model, data)
+        payload, grips = data.body("payload"), []
+        for robot in self.team.robots:
+            hand = data.site(f"{robot.name}/hand")
+            link = data.body(int(self.model.site(f"{robot.name}/hand").bodyid[0]))
+            grips.append(_sim.Grip(*_within(payload, hand.xpos, link.xmat)))
+        return _sim.HeldBody(grips)
 
 
 def build_held_scene(
@@ -135,13 +146,11 @@ def _velocities(model: mujoco.MjModel, team: Team, state: TeamState) -> Array:
 
 def _hold(spec: mujoco.MjSpec, robot: str, data: mujoco.MjData) -> None:
     """Welds a hand to the payload where and how it is in `data`."""
-    payload, hand = data.body("payload"), data.site(f"{robot}/hand")
-    back = payload.xmat.reshape(3, 3).T
-    turn = np.zeros(4)
-    mujoco.mju_mat2Quat(turn, (back @ hand.xmat.reshape(3, 3)).ravel())
+    hand = data.site(f"{robot}/hand")
+    position, turn = _within(data.body("payload"), hand.xpos, hand.xmat)
     spec.body("payload").add_site(
         name=f"hold/{robot}",
-        pos=back @ (hand.xpos - payload.xpos),
+        pos=position,
         quat=turn,
         size=[0.01, 0, 0],
         group=COLLISION_GROUP,
@@ -154,3 +163,10 @@ def _hold(spec: mujoco.MjSpec, robot: str, data: mujoco.MjData) -> None:
         name2=f"hold/{robot}",
         solref=_HOLD_SOLREF,
     )
+
+
+def _within(body: Any, position: Array, rotation: Array) -> tuple[Array, Array]:
+    """A frame of the world in a body's: position and quaternion."""
+    back, turn = body.xmat.reshape(3, 3).T, np.zeros(4)
+    mujoco.mju_mat2Quat(turn, (back @ rotation.reshape(3, 3)).ravel())
+    return back @ (position - body.xpos), turn

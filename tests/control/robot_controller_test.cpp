@@ -291,7 +291,7 @@ struct ArmedControl : ::testing::Test {
     target.position = seen.position;
     if (target.forces.isZero())
       target.forces.row(2).setConstant(controller->model().mass() * kGravity / 4);
-    for (HandTarget& hand : target.hands) hand.point.position += seen.hands.col(0);
+    for (HandTarget& hand : target.hands) hand.point.position += seen.hands[0].position;
     controller->update(0.0, kPeriod, state, Eigen::Matrix3Xd::Constant(3, kFeet, 40), target);
     return *controller;
   }

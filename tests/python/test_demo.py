@@ -151,6 +151,17 @@ def test_a_kinematic_demo_tells_of_its_joints(tmp_path, no_graphics):
     assert "torque_fraction_max" not in figures
 
 
+def test_a_demo_by_estimates_tells_how_good_they_were(tmp_path, no_graphics):
+    result = run(tmp_path, "--state", "estimated")
+    assert result.exit_code == 0, result.output
+    assert "estimate of payload, rms" in result.output
+    figures = figures_of(tmp_path / "trot" / "trot.json")
+    assert figures["settings"]["state"] == "estimated"
+    assert set(figures["estimation_error"]) == {"payload", "robots"}
+    assert 0 < figures["estimation_error"]["robots"]["position_rms"] < 0.01
+    assert figures["plans"] == {"lost": 0, "oldest_s": pytest.approx(0.01)}
+
+
 def test_a_team_that_falls_in_physics_says_what_fell(tmp_path, no_graphics):
     result = run(tmp_path, "--robots", "1", "--velocity", "-5", "--duration", "3")
     assert result.exit_code == 1, result.output
@@ -190,6 +201,8 @@ def test_a_team_that_falls_has_not_completed(tmp_path, no_graphics):
         (["--seed", "-1"], "--seed"),
         (["--rate", "30"], "0.03333333333333333 s must be whole physics steps"),
         (["--tracking", "hope"], "hope"),
+        (["--state", "guessed"], "guessed"),
+        (["--tracking", "kinematic", "--state", "noisy"], "a kinematic run has no sensors"),
     ],
 )
 def test_bad_options_are_refused(tmp_path, arguments, message):

@@ -44,7 +44,7 @@ def solve(model, load=None):
     target.forces = np.tile([0.0, 0.0, controller.model.mass * GRAVITY / 4], (4, 1))
     if load is not None:
         hand = _sim.HandTarget()
-        hand.point.position = seen.hands[0]
+        hand.point.position = seen.hands[0].position
         hand.wrench.force, hand.wrench.moment = load[:3], load[3:]
         target.hands = [hand]
     controller.update(0.0, 1e-3, state, target.forces, target)

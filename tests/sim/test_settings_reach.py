@@ -76,6 +76,7 @@ PLANNER = {
     "friction": (0.55, parameter("terrain.friction"), [0.55]),
 }
 ELSEWHERE = {"rate", "ditch_margin", "weights", "hand_cone", "penalties", "clearance", "observers"}
+ELSEWHERE |= {"latency", "lost"}  # in test_plan_link.py
 
 
 def test_the_tables_have_every_setting():
@@ -152,6 +153,7 @@ OTHERS = {
 }
 NOT_OF_THE_RUN = {"carry", "name", "summary", "tracking"}
 TESTED_ELSEWHERE = {"planner", "duration", "obstacles", "world"}
+TESTED_ELSEWHERE |= {"state", "sensors"}  # in test_known_states.py
 
 
 def essence(scenario):

@@ -276,9 +276,12 @@ RobotObservation RobotController::observe(const RobotState& measured) {
   o.rate = measured.base_rate;
   o.feet.resize(3, feet());
   for (int i = 0; i < feet(); ++i) o.feet.col(i) = to_ground(i, Vector3::UnitZ());
-  o.hands.resize(3, hands());
-  for (int i = 0; i < hands(); ++i)
-    o.hands.col(i) = model_.limb(model_.hands()[static_cast<std::size_t>(i)]).position;
+  for (const int limb : model_.hands()) {
+    const LimbKinematics& hand = model_.limb(limb);
+    const Eigen::Quaterniond turn(hand.rotation);
+    o.hands.push_back(
+        {hand.position, {turn.w(), turn.x(), turn.y(), turn.z()}, hand.velocity, hand.rate});
+  }
   o.footholds = has_started_ ? footholds_ : o.feet;
   o.ground = has_started_ ? ground_ : o.feet.row(2).mean();
   return o;

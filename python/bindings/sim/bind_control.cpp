@@ -128,6 +128,11 @@ void bind_targets(nb::module_& m) {
   m.def("targets_of", &targets_of, "plan"_a,
         nb::sig("def targets_of(plan: object) -> list[RobotTarget]"),
         "What the controllers are given of a plan of robots on bars, one each.");
+  nb::class_<HandObservation>(m, "HandObservation", "A hand's motion, world axes.")
+      .def_ro("position", &HandObservation::position)
+      .def_ro("orientation", &HandObservation::orientation)
+      .def_ro("velocity", &HandObservation::velocity)
+      .def_ro("rate", &HandObservation::rate);
   nb::class_<RobotObservation>(m, "RobotObservation", "See robot_target.hpp.")
       .def_ro("position", &RobotObservation::position)
       .def_ro("velocity", &RobotObservation::velocity)
@@ -135,7 +140,7 @@ void bind_targets(nb::module_& m) {
       .def_ro("rate", &RobotObservation::rate)
       .def_prop_ro("feet", &rows<RobotObservation, &RobotObservation::feet>, "[feet, 3], m.")
       .def_prop_ro("footholds", &rows<RobotObservation, &RobotObservation::footholds>)
-      .def_prop_ro("hands", &rows<RobotObservation, &RobotObservation::hands>, "[hands, 3], m.")
+      .def_ro("hands", &RobotObservation::hands)
       .def_ro("ground", &RobotObservation::ground);
 }
 

@@ -1,4 +1,5 @@
 #include <nanobind/eigen/dense.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -63,6 +64,10 @@ Flags contacts_of_all(const TeamSimulation& simulation, const Eigen::VectorXd& t
 
 Eigen::MatrixXd foot_forces(const TeamSimulation& simulation, int robot) {
   return simulation.foot_forces(robot).transpose();
+}
+
+Eigen::MatrixXd known_forces(const TeamSimulation& simulation, int robot) {
+  return simulation.known_forces(robot).transpose();
 }
 
 Eigen::VectorXd output_errors(const TeamSimulation& simulation, int robot) {
@@ -163,6 +168,7 @@ void bind_data(nb::module_& m) {
       .def_rw("robot", &TeamMember::robot)
       .def_rw("control", &TeamMember::control)
       .def_rw("measurement", &TeamMember::measurement)
+      .def_rw("estimation", &TeamMember::estimation, nb::arg().none())
       .def_rw("trunk", &TeamMember::trunk);
   nb::class_<BarSites>(m, "BarSites", "Two sites that a bar holds apart, m.")
       .def(nb::init<int, int, double>(), "first"_a, "second"_a, "length"_a);
@@ -189,6 +195,7 @@ void bind_simulation(nb::module_& m) {
       .def("observe", &TeamSimulation::observe, "robot"_a)
       .def("observe_all", &observe_all,
            "Of all robots: states [R, 13], feet and footholds [4 R, 3], heights of the ground [R].")
+      .def("observe_truth", &TeamSimulation::observe_truth, "robot"_a)
       .def("change_gait", &TeamSimulation::change_gait, "robot"_a, "gait"_a, "time"_a,
            "at_once"_a = false,
            nb::sig("def change_gait(self, robot: int, gait: object, time: float, "
@@ -201,6 +208,10 @@ void bind_simulation(nb::module_& m) {
       .def("contacts_of_all", guarded("contacts_of_all", &contacts_of_all), "times"_a,
            "Of all robots, [n, 4 R].")
       .def("foot_forces", guarded("foot_forces", &foot_forces), "robot"_a, "[feet, 3], world, N.")
+      .def("known_forces", guarded("known_forces", &known_forces), "robot"_a,
+           "[feet, 3], world, N, as its controller knows them.")
+      .def("estimation_errors", guarded("estimation_errors", &TeamSimulation::estimation_errors),
+           "robot"_a)
       .def("output_errors", guarded("output_errors", &output_errors), "robot"_a,
            "Virtual constraints [6]: centre of mass (m), orientation (rad).")
       .def("values", guarded("values", &values),

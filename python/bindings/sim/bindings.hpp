@@ -47,6 +47,7 @@ void def_rows(nanobind::class_<Class>& bound, const char* name, Eigen::Matrix3Xd
 void bind_robot(nanobind::module_& m);
 void bind_dense_qp(nanobind::module_& m);
 void bind_control(nanobind::module_& m);
+void bind_estimation(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
 
 }  // namespace palanquin

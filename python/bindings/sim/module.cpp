@@ -5,5 +5,6 @@ NB_MODULE(_sim, m) {
   palanquin::bind_robot(m);
   palanquin::bind_dense_qp(m);
   palanquin::bind_control(m);
+  palanquin::bind_estimation(m);
   palanquin::bind_simulation(m);
 }

@@ -59,6 +59,7 @@ class HandsDemo:
             "horizon": planner.horizon,
             "dt_s": planner.dt,
             "rate_hz": scenario.planner.rate,
+            "state": scenario.state,
             "qp": settings.qp,
             "sqp_iterations_per_period": settings.max_iterations,
             "threads": settings.threads,
@@ -154,9 +155,21 @@ class PhysicsDemo(HandsDemo):
             ("slip of a foot", f"at most {1e3 * figures['slip_m']:.2g} mm"),
             ("touchdowns, in ditches", f"{touched['count']}, {touched['in_ditches']}"),
             ("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us"),
+            *_of_estimates(figures),
             ("fallbacks of controllers", f"{figures['control_fallbacks']}"),
             ("faster than real time", f"{figures['real_time_factor']:.2f} times"),
         ]
+
+
+def _of_estimates(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    return [
+        (
+            f"estimate of {who}, rms",
+            f"{1e3 * error['position_rms']:.2g} mm, {1e3 * error['orientation_rms']:.2g} mrad, "
+            f"{1e3 * error['velocity_rms']:.2g} mm/s",
+        )
+        for who, error in figures.get("estimation_error", {}).items()
+    ]
 
 
 def _listed(values: dict[str, float], form: str) -> str:

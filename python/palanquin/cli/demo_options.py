@@ -19,6 +19,14 @@ class Tracking(StrEnum):
     REDUCED = "reduced"
 
 
+class State(StrEnum):
+    """What is known of the state."""
+
+    TRUE = "true"
+    NOISY = "noisy"
+    ESTIMATED = "estimated"
+
+
 class PlannerName(StrEnum):
     """Who plans for robots on bars."""
 
@@ -73,6 +81,14 @@ HowTracked = Annotated[
     typer.Option(
         help="How the plan is followed: in physics unless told; with hands kinematic, joints by "
         "inverse kinematics; on bars reduced, to rigid bodies."
+    ),
+]
+
+KnownState = Annotated[
+    State | None,
+    typer.Option(
+        help="What planner and controllers know in physics: the state itself, with noise, or what "
+        "an estimator makes of IMU, encoders and torques."
     ),
 ]
 

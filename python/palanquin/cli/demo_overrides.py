@@ -35,6 +35,7 @@ def hands_overridden(
     duration: float | None = None,
     seed: int | None = None,
     tracking: str | None = None,
+    state: str | None = None,
     **planner: Any,
 ) -> Scenario:
     """The scenario with the options that were given; `planner` are fields of its settings.
@@ -45,7 +46,7 @@ def hands_overridden(
         scenario = replayed(scenario, commands)
     if robots is not None:
         scenario = with_robots(scenario, robots)
-    changes = _given(duration=duration, seed=seed, tracking=tracking)
+    changes = _given(duration=duration, seed=seed, tracking=tracking, state=state)
     if velocity is not None:
         changes["command"] = {"type": "velocity", "steps": [parse_velocity(velocity)]}
     if gait is not None:

@@ -38,8 +38,8 @@ class RobotEstimator {
  public:
   /// Throws std::invalid_argument for bad settings or a robot that can't be. `memory`: of how many
   /// periods ago places may be.
-  RobotEstimator(const RobotDescription& robot, const RobotEstimatorSettings& settings = {},
-                 int memory = 0);
+  explicit RobotEstimator(const RobotDescription& robot,
+                          const RobotEstimatorSettings& settings = {}, int memory = 0);
 
   /// Starts over at about this state.
   void start(const RobotState& about);

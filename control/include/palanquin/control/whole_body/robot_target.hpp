@@ -43,6 +43,14 @@ struct RobotTarget {
   std::vector<HandTarget> hands;  ///< one a hand; none: the arms keep their first angles
 };
 
+/// The motion of a hand's frame, world axes.
+struct HandObservation {
+  Vector3 position = Vector3::Zero();  ///< where it holds, m
+  Vector4 orientation{1, 0, 0, 0};     ///< (w, x, y, z), to the world
+  Vector3 velocity = Vector3::Zero();  ///< m/s
+  Vector3 rate = Vector3::Zero();      ///< rad/s
+};
+
 /// What a planner needs to know of a robot; positions in world axes, m and m/s.
 struct RobotObservation {
   Vector3 position, velocity;  ///< of the centre of mass
@@ -50,8 +58,8 @@ struct RobotObservation {
   Vector3 rate;                ///< of the base, body axes, rad/s
   Eigen::Matrix3Xd feet;       ///< contact points, as on level ground
   Eigen::Matrix3Xd footholds;  ///< where feet stand or are to land
-  Eigen::Matrix3Xd hands;      ///< where they hold
-  double ground = 0.0;         ///< mean height at which the feet last stood
+  std::vector<HandObservation> hands;
+  double ground = 0.0;  ///< mean height at which the feet last stood
 };
 
 }  // namespace palanquin
