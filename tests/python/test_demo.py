@@ -76,7 +76,8 @@ def test_a_demo_completes_with_all_figures(demo):
     assert figures["duration_s"] == pytest.approx(0.5)
     assert set(figures["solve_ms"]) == set(figures["solver_ms"]) == PERCENTILES
     assert figures["settings"]["sqp_iterations_per_period"] == 1
-    assert set(figures["violation"]) == {"leg", "arm", "normal", "friction"}
+    families = {"leg", "arm", "normal", "friction", "leg_torque", "arm_torque"}
+    assert set(figures["violation"]) == families
     assert max(figures["violation"].values()) < 0.01
     assert 0.5 < figures["torque_fraction_max"] <= 1.0
     assert figures["control_fallbacks"] == 0
