@@ -52,7 +52,7 @@ def interrupted(where, *arguments, cwd):
         ("palanquin.problems.clm.solve.solve_case", ["solve", CASES / "stand.json"]),
         ("palanquin.sim.runs.nominal.nominal_step", ["demo", "trot", "--tracking", "kinematic"]),
         ("palanquin.sim.runs.hands_physics.targets", ["demo", "trot", "--no-video"]),
-        ("palanquin.sim.runs.physics.targets", ["demo", "bar", "--no-video"]),
+        ("palanquin.sim.runs.scenarios.PhysicsPlant", ["demo", "bar", "--no-video"]),
         ("palanquin.sim.runs.campaign.as_completed", ["campaign", "bar", "--seeds", "2"]),
         ("palanquin.benchmarks.measurement.take_turns", ["bench", "solver", "--quick"]),
         ("palanquin.sim.feasibility.findings", ["scenario", "check", "trot"]),
