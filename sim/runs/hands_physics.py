@@ -135,10 +135,14 @@ class HandsPlant(SimulatedRobots):
 
     def values(self) -> dict[str, Array]:
         """As of `SimulatedRobots`, torques at the last period's end, the mean wrench of all pushes
-        on each body, and what truly was at its start where that is not known.
+        on each body, and where the state is not known what truly was at its start, and the
+        forces that feet were taken to feel at its end.
         """
         shares = self._torque_share()
         own = {"torque_share": shares, "disturbance": self._wrenches, **self._truth}
+        if not self._knows_truth:
+            known = [self.simulation.known_forces(i) for i in self._robots]
+            own["known_force"] = np.array(known)
         return {**super().values(), **own}
 
     def _torque_share(self) -> Array:

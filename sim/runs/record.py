@@ -100,7 +100,8 @@ class Record:
     start, `bars` [T, R-1, 7], their poses then, and `output_error` [T, R, 6], virtual constraints:
     position (m), orientation (rad); of hands also `torque_share` [T, R, 16], the motors' torques at
     the period's end over their limits, in the order of `scenes.inverse_kinematics.JOINTS`, and
-    where the state is not known, `true_bodies` [T, B, 13] and `true_feet` [T, R, 4, 3] as they are.
+    where the state is not known, `true_bodies` [T, B, 13] and `true_feet` [T, R, 4, 3] as they are,
+    and `known_force`, `foot_force` as the robots know it.
 
     Build it with `RecordBuilder` or `load`. Construction raises InputError that names the array,
     its shape and the expected one, or a value that breaks a rule.

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from palanquin.problems import quaternions
 from palanquin.sim.runs.record import Record
-from palanquin.sim.runs.tracking import tracking_error
+from palanquin.sim.runs.tracking import estimation_error, tracking_error
 from palanquin.sim.scenes.palette import robot_colour
 
 _STYLE: dict[str, Any] = {"linewidth": 1.1}
@@ -39,13 +39,15 @@ def draw_plots(record: Record, path: Path) -> None:
 
 
 def plots_of(record: Record) -> list[Plot]:
-    """Of a payload in hands tracking, what was observed, times and violations; of robots on bars
-    velocities, a force's curve, virtual constraints in physics, multipliers, and times.
+    """Of a payload in hands tracking, what was estimated and observed, times and violations; of
+    robots on bars velocities, a force's curve, virtual constraints in physics, multipliers, times.
     """
     if "estimates" not in record.more:
         observers = [plot_observed_forces, plot_apparent_mass]
         observed = observers if "observed_wrench" in record.more else []
-        return [plot_tracking, *observed, plot_solve_times, plot_violation]
+        estimates: list[Plot] = [plot_estimation, plot_known_force]
+        estimated = estimates if "true_bodies" in record.more else []
+        return [plot_tracking, *estimated, *observed, plot_solve_times, plot_violation]
     plots: list[Plot] = [partial(plot_velocity, axis=axis) for axis in (0, 1)]
     plots.append(plot_vertical_force)
     if "output_error" in record.more:
@@ -62,12 +64,32 @@ def finish(axes: Axes) -> None:
 
 def plot_tracking(axes: Axes, record: Record) -> None:
     """Position errors of payload and robots, cm."""
-    error = 100 * tracking_error(record).position
-    axes.plot(record.time, error[:, 0], color="black", linewidth=1.8, label="payload")
-    for i, name in enumerate(record.team.names):
-        axes.plot(record.time, error[:, i + 1], color=robot_colour(i), label=name)
+    _plot_of_bodies(axes, record, 100 * tracking_error(record).position)
     axes.set_ylabel("position error (cm)")
+
+
+def plot_estimation(axes: Axes, record: Record) -> None:
+    """How far payload and robots are from where they are taken to be, mm."""
+    _plot_of_bodies(axes, record, 1e3 * estimation_error(record).position)
+    axes.set_ylabel("estimate's error (mm)")
+
+
+def _plot_of_bodies(axes: Axes, record: Record, values: np.ndarray) -> None:
+    """Values [T, B] from 0 on."""
+    axes.plot(record.time, values[:, 0], color="black", linewidth=1.8, label="payload")
+    for i, name in enumerate(record.team.names):
+        axes.plot(record.time, values[:, i + 1], color=robot_colour(i), label=name)
     axes.set_ylim(bottom=0)
+
+
+def plot_known_force(axes: Axes, record: Record, robot: int = 0, foot: int = 0) -> None:
+    """The vertical force on one foot, and as its robot knows it, N."""
+    axes.plot(
+        record.time, record.more["foot_force"][:, robot, foot, 2], "k", label="true", **_STYLE
+    )
+    known = record.more["known_force"][:, robot, foot, 2]
+    axes.plot(record.time, known, color=robot_colour(robot), label="known", **_STYLE)
+    axes.set_ylabel("force on a foot (N)")
 
 
 def plot_observed_forces(axes: Axes, record: Record) -> None:

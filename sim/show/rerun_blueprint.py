@@ -13,7 +13,7 @@ def _team_view(start: NDArray[np.float64], followed: str) -> rrb.Spatial3DView:
     return rrb.Spatial3DView(
         name="team",
         origin="/",
-        contents=["world/**", "plan/**"],
+        contents=["world/**", "plan/**", "estimate/**"],
         background=rr.components.Color((225, 232, 240)),
         line_grid=False,
         eye_controls=rrb.EyeControls3D(
@@ -44,7 +44,7 @@ def live_blueprint(start: NDArray[np.float64], followed: str) -> rrb.Blueprint:
 
 def blueprint(record: Record) -> rrb.Blueprint:
     """A 3D view that follows what is carried, and plots: of robots on bars velocities, virtual
-    constraints and multipliers, of a payload violations and tracking errors.
+    constraints and multipliers, of a payload violations, tracking errors and those of estimates.
     """
     bodies, names = record.team.bodies, record.team.names
     plots = {"solve time (ms)": ["solver/solve_ms", "solver/phase/**"]}
@@ -60,6 +60,9 @@ def blueprint(record: Record) -> rrb.Blueprint:
         rest = {**errors, **violation}
     else:
         plots |= {**violation, **errors}
+    if "true_bodies" in record.more:
+        paths = [f"control/{name}/estimate/position_error" for name in bodies]
+        plots["estimate's error (m)"] = paths
     column = rrb.Vertical(
         *(rrb.TimeSeriesView(name=n, origin="/", contents=paths) for n, paths in plots.items()),
         rrb.Tabs(

@@ -24,6 +24,7 @@ from palanquin.sim.show.overlay import (
     planned_touchdowns,
 )
 from palanquin.sim.show.rerun_blueprint import blueprint
+from palanquin.sim.show.rerun_estimates import log_estimates
 from palanquin.sim.show.rerun_ground import log_ground
 from palanquin.sim.show.rerun_shapes import log_body, log_terrain, quaternion_xyzw
 
@@ -56,6 +57,7 @@ def write(record: Record, shown: AnyMotion, path: Path) -> None:
     _log_forces(recording, record, frames)
     _log_wrenches(recording, record, frames)
     _log_plan(recording, record, frames)
+    log_estimates(recording, record, frames)
     ticks = rr.TimeColumn("sim_time", duration=record.time)
     _log_solver(recording, ticks, record)
     _log_control(recording, ticks, record)
@@ -110,14 +112,14 @@ def _log_forces(recording: rr.RecordingStream, record: Record, frames: slice) ->
         for root, forces in roots.items():
             force = forces[frames, i, f]
             shown = np.linalg.norm(force, axis=1) > LEAST_FORCE
-            path, feet = f"{root}/{robot}/{foot}/force", record.feet[frames, i, f]
+            path, feet = f"{root}/{robot}/{foot}/force", record.true_feet[frames, i, f]
             send_arrows(recording, path, times, feet, force, shown)
 
 
 def _log_wrenches(recording: rr.RecordingStream, record: Record, frames: slice) -> None:
     """What the payload does to each hand, and pushes, where the record has them."""
     times = rr.TimeColumn("sim_time", duration=record.time[frames])
-    bodies = record.bodies[frames]
+    bodies = record.true_bodies[frames]
     if "hand_wrench" in record.more:
         for i, robot in enumerate(record.team.robots):
             hand = bodies[:, 0, :3] + rotate(bodies[:, 0, 3:7], np.asarray(robot.attach, float))

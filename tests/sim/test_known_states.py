@@ -12,6 +12,9 @@ from palanquin.sim.runs.tracking import estimation_error
 from palanquin.sim.scenarios import load_scenario, open_scenario
 from palanquin.sim.scenarios.physical import physical
 from palanquin.sim.scenarios.sensing import BaseNoise, Encoders, Imu, Place, Sensing
+from palanquin.sim.show.joint_motion import JointMotion
+from palanquin.sim.show.plots import draw_plots, plot_estimation, plot_known_force, plots_of
+from palanquin.sim.show.recording import write_recording
 
 TROT = physical(open_scenario("trot"))
 DURATION = 3.0
@@ -56,6 +59,25 @@ def test_the_payloads_error_is_that_of_the_payload_as_it_is(record):
     record.x[:] = record.reference
     assert payload_error(record) == before
     record.x[:] = believed
+
+
+def test_robots_know_the_forces_on_their_feet(record):
+    known, true = record.more["known_force"], record.more["foot_force"]
+    assert np.sqrt(((known - true) ** 2).mean() / (true**2).mean()) < 0.3
+
+
+def test_plots_and_recordings_show_what_was_believed(record, tmp_path):
+    assert {plot_estimation, plot_known_force} <= set(plots_of(record))
+    draw_plots(record, tmp_path / "plots.png")
+    pytest.importorskip("rerun", reason="the extra viz is not installed")
+    from rerun.chunk import RrdReader
+
+    motion = JointMotion(held_scene(TROT).scene, record.time, record.more["qpos"])
+    write_recording(record, motion, tmp_path / "run.rrd")
+    chunks = RrdReader(str(tmp_path / "run.rrd")).stream()
+    paths = {str(chunk.entity_path) for chunk in chunks}
+    expected = {"/estimate/payload", "/control/left/estimate/position_error"}
+    assert expected | {"/control/right/foot_force/LF/known"} <= paths
 
 
 def test_who_knows_the_state_hides_nothing():
