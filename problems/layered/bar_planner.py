@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from palanquin import _core
-from palanquin.errors import ProblemError
+from palanquin.errors import LoweringError, ProblemError
 from palanquin.events import Event
 from palanquin.problems import checks
 from palanquin.problems.gaits import Gait
@@ -155,6 +157,32 @@ class BarPlanner:
         """Raises ProblemError for pushes: the layered planners' model has none."""
         if np.asarray(wrenches).any():
             raise ProblemError("wrenches: planners of robots on bars cannot be told of pushes")
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Writes the planner as one folder, for C++ programs without Python: its problems, see
+        `Lowered.save`, in folders of their own, and the file `planner` (C++ `bar_planner_file.hpp`
+        says what is in it). C++ `load_bar_planner` reads it; on the same measurements and contacts
+        its plans are these, bit by bit.
+
+        The planner is saved as it was built, before its first plan.
+
+        Returns:
+            The folder.
+
+        Raises:
+            LoweringError: it is a file or cannot be written, or holds other things where the
+                problems go.
+        """
+        path, problems = Path(folder), self.planner.problems
+        names = [f"problem{i + 1}" for i in range(len(problems))]
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            for name, mpc in zip(names, problems, strict=True):
+                mpc.lowered.save(path / name)
+            _core.save_bar_planner(self._core, names, str(path))
+        except (OSError, RuntimeError) as error:
+            raise LoweringError(str(error)) from error
+        return path
 
     def plan(self, seen: Measurement, command: Command) -> BarPlan:
         """Moves the references on, and plans from what is seen."""

@@ -13,7 +13,7 @@
 #include <memory>
 
 #include "bindings.hpp"
-#include "palanquin/control/planning/bar_planner.hpp"
+#include "palanquin/control/planning/bar_planner_file.hpp"
 #include "palanquin/control/planning/centralized_planner.hpp"
 #include "palanquin/control/planning/distributed_planner.hpp"
 #include "palanquin/control/planning/rotations.hpp"
@@ -247,6 +247,7 @@ void bind_layered(nb::module_& m) {
           "team"_a, "dt"_a, "dual_terms"_a, "exchanges"_a, "mpcs"_a, "links"_a)
       .def_prop_ro("local_ms", [](const DistributedPlanner& p) {
         std::vector<double> ms;
+        ms.reserve(static_cast<std::size_t>(p.team().robots()));
         for (int i = 0; i < p.team().robots(); ++i) ms.push_back(p.local(i).solve_ms());
         return ms;
       });
@@ -264,6 +265,7 @@ void bind_layered(nb::module_& m) {
           [](BarPlanner& self, double time, MatrixView bodies, MatrixView feet,
              MatrixView footholds, VectorView ground, const Flags& contacts, MatrixView commands) {
             std::vector<Velocity> velocities;
+            velocities.reserve(static_cast<std::size_t>(commands.rows()));
             for (Eigen::Index i = 0; i < commands.rows(); ++i)
               velocities.push_back({commands(i, 0), commands(i, 1), commands(i, 2)});
             return self.plan({time, bodies, feet, footholds, ground}, contacts, velocities);
@@ -283,6 +285,7 @@ void bind_layered(nb::module_& m) {
 void bind_bar_planner(nb::module_& m) {
   bind_plans(m);
   bind_layered(m);
+  m.def("save_bar_planner", &save_bar_planner, "planner"_a, "problems"_a, "folder"_a);
 }
 
 }  // namespace palanquin

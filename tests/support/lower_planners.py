@@ -1,8 +1,9 @@
-"""lower_planners.py FOLDER: saves a team's planners for the C++ tests.
+"""lower_planners.py FOLDER: saves teams' planners for the C++ tests.
 
 Leaves in FOLDER the saved planners "planner" (two robots trot on flat ground with room for two
 ditches), "planner-observing" (with observers of wrenches) and "planner-candidates" (of three
-choices of footholds, beside ditches).
+choices of footholds, beside ditches); of two robots on a bar "bar-centralized" and
+"bar-distributed".
 """
 
 import os
@@ -10,6 +11,9 @@ import sys
 from pathlib import Path
 
 from palanquin.problems import clm
+from palanquin.problems.layered import CentralizedPlanner, DistributedPlanner, LinkSettings
+from palanquin.problems.layered.bar_planner import BarPlanner
+from palanquin.problems.layered.reference import within_circle
 
 
 def main() -> None:
@@ -25,6 +29,11 @@ def main() -> None:
     lines = [[1.0, 0.0, -0.9, 0.15], [1.0, 0.0, -1.6, 0.2]]
     planner = clm.Planner(problem, ditches=lines, candidates=3)
     planner.save(folder / "planner-candidates")
+    clocks, leash = [], within_circle(0.15)  # nobody moves feet
+    BarPlanner(CentralizedPlanner(), clocks, leash).save(folder / "bar-centralized")
+    links = {(0, 1): LinkSettings(delay=2, bias=5.0, bias_from=3)}
+    distributed = DistributedPlanner(links=links)
+    BarPlanner(distributed, clocks, leash).save(folder / "bar-distributed")
 
 
 if __name__ == "__main__":

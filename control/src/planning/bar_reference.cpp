@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 namespace palanquin::planning {
 
@@ -37,8 +38,10 @@ BarReference reference_at(const ConstBodyState& body) {
   return {body.position, Vector3::Zero(), heading(body.orientation), 0.0};
 }
 
-double heading(const Vector4& q) {
-  return std::atan2(2 * (q[1] * q[2] + q[0] * q[3]), 1 - 2 * (q[2] * q[2] + q[3] * q[3]));
+double heading(const Vector4& orientation) {
+  const auto [w, x, y, z] =
+      std::tie(orientation[0], orientation[1], orientation[2], orientation[3]);
+  return std::atan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z));
 }
 
 }  // namespace palanquin::planning

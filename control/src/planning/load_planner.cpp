@@ -1,8 +1,7 @@
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 #include "palanquin/control/planning/planner_file.hpp"
+#include "palanquin/control/planning/planner_text.hpp"
 #include "palanquin/control/planning/sqp_settings_text.hpp"
 #include "palanquin/control/planning/terrain_file.hpp"
 
@@ -47,7 +46,7 @@ class PlannerReader {
     } else if (key == "policy") {
       read_policy(line);
     } else if (key == "parameter") {
-      read_parameter(line);
+      read_parameter(line, *problem_, parameters_);
     } else {
       throw std::runtime_error("'" + key + "' is unknown");
     }
@@ -118,17 +117,6 @@ class PlannerReader {
     policies_[family] = {static_cast<PolicyKind>(kind), stiffness, line.number()};
   }
 
-  void read_parameter(TextLine& line) {
-    const std::string name = line.word();
-    for (const ParameterInfo& p : problem_->parameters()) {
-      if (p.name != name) continue;
-      for (Eigen::Index k = 0; k < parameters_.rows(); ++k)
-        for (int i = 0; i < p.size; ++i) parameters_(k, p.offset + i) = line.number();
-      return;
-    }
-    throw std::runtime_error("the problem has no parameter '" + name + "'");
-  }
-
   std::string folder_;
   std::shared_ptr<const LoweredProblem> problem_;
   int version_ = 0, horizon_ = 0, candidates_ = 1;
@@ -146,26 +134,12 @@ class PlannerReader {
 }  // namespace
 
 std::unique_ptr<TeamPlanner> load_planner(const std::string& folder) {
-  const std::string path = folder + "/planner";
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::runtime_error("cannot read '" + path + "'");
-  std::stringstream text;
-  text << file.rdbuf();
-  const std::string content = text.str();
   PlannerReader reader(folder, std::make_shared<const LoweredProblem>(folder));
-  for (const std::string_view statement : split(content, '\n')) {
-    TextLine line(statement);
-    try {
-      reader.read(line);
-      line.finish();
-    } catch (const std::exception& error) {
-      throw std::runtime_error("'" + path + "': line " + excerpt(statement) + ": " + error.what());
-    }
-  }
+  read_planner_text(folder, [&](TextLine& line) { reader.read(line); });
   try {
     return reader.build();
   } catch (const std::exception& error) {
-    throw std::runtime_error("'" + path + "': " + error.what());
+    throw std::runtime_error("'" + folder + "/planner': " + error.what());
   }
 }
 

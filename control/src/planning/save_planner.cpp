@@ -1,7 +1,5 @@
-#include <fstream>
-#include <stdexcept>
-
 #include "palanquin/control/planning/planner_file.hpp"
+#include "palanquin/control/planning/planner_text.hpp"
 #include "palanquin/control/planning/sqp_settings_text.hpp"
 
 namespace palanquin::planning {
@@ -9,13 +7,6 @@ namespace palanquin::planning {
 namespace {
 
 using palanquin::to_text;
-
-template <typename Numbers>
-std::string words(const Numbers& numbers) {
-  std::string text;
-  for (const double number : numbers) text += ' ' + to_text(number);
-  return text;
-}
 
 std::string rules(const TeamPlanner& planner) {
   const PlannerSettings& s = planner.settings();
@@ -56,20 +47,6 @@ std::string policy(const std::string& family, const Policy& p) {
          to_text(p.smoothing) + '\n';
 }
 
-/// Parameters that plans do not write and that are not at their defaults at every knot.
-std::string parameters(const TeamPlanner& planner) {
-  std::string text;
-  const RowMatrix& values = planner.parameters();
-  const RowMatrix defaults = default_parameters(planner.problem(), planner.horizon());
-  for (const ParameterInfo& p : planner.problem().parameters()) {
-    if (planner.slots().is_written(p.offset)) continue;
-    const RowMatrix own = values.middleCols(p.offset, p.size);
-    if (own == defaults.middleCols(p.offset, p.size)) continue;
-    text += "parameter " + p.name + words(own.reshaped<Eigen::RowMajor>()) + '\n';
-  }
-  return text;
-}
-
 }  // namespace
 
 void save_planner(const TeamPlanner& planner, const std::map<std::string, Policy>& policies,
@@ -86,13 +63,9 @@ void save_planner(const TeamPlanner& planner, const std::map<std::string, Policy
   for (Eigen::Index i = 0; i < ditches.rows(); ++i) text += "ditch" + words(ditches.row(i)) + '\n';
   text += planning::to_text(planner.solver().settings());
   for (const auto& [family, p] : policies) text += policy(family, p);
-  text += parameters(planner);
-
-  const std::string path = folder + "/planner";
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw std::runtime_error("cannot write '" + path + "'");
+  text += parameters_text(planner.problem(), planner.parameters(),
+                          [&](int offset) { return planner.slots().is_written(offset); });
+  write_planner_text(folder, text);
 }
 
 }  // namespace palanquin::planning

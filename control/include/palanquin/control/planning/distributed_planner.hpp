@@ -16,6 +16,8 @@ class DistributedPlanner final : public LayeredPlanner {
 
   /// The robots' planners; of them, what their parts of the last plan took.
   const LocalPlanner& local(int robot) const { return locals_.at(static_cast<std::size_t>(robot)); }
+  /// By (sender, receiver).
+  const std::map<std::pair<int, int>, Link>& links() const { return links_; }
 
  private:
   void solve(const BarSample& sample, LayeredPlan& plan) override;

@@ -43,8 +43,8 @@ struct BarRobotSlots {
   /// Throws std::invalid_argument that names what the problem lacks.
   BarRobotSlots(const LoweredProblem& problem, const std::string& name);
 
-  std::array<int, 4> state;              ///< r, v, xi, w, of three numbers each
-  std::array<int, kFeet> forces;         ///< of three
+  std::array<int, 4> state{};            ///< r, v, xi, w, of three numbers each
+  std::array<int, kFeet> forces{};       ///< of three
   int rotation, feet, contact, desired;  ///< parameters
 
   /// (r, v, xi, w) of all knots of a trajectory, [N + 1, 12], and the forces [N, 12] of its

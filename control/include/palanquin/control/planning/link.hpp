@@ -49,6 +49,7 @@ class Link {
   Message receive(int step);
   /// What is added to the multipliers at `step`.
   double bias(int step) const { return step >= settings_.bias_from ? settings_.bias : 0.0; }
+  const LinkSettings& settings() const { return settings_; }
 
  private:
   LinkSettings settings_;
