@@ -78,6 +78,17 @@ TEST(RobotSenses, EstimatesItsStateWhileItTrots) {
   EXPECT_GT(errors.position, 1e-4);
 }
 
+/// Noise looks like touchdowns of feet in the air; those must not count as standing.
+TEST(RobotSenses, IsNotMisledByForcesThatAreNone) {
+  EstimationSettings settings{usual(), {}, false};
+  settings.sensors.joint_velocity = 0.4;
+  Trot trot(settings);
+  trot.run(6000, [] {});
+  EXPECT_FALSE(trot.team->has_fallen()) << trot.team->fall();
+  EXPECT_LT(trot.team->estimation_errors(0).orientation, 1e-2);
+  EXPECT_LT(trot.team->estimation_errors(0).position, 1e-2);
+}
+
 TEST(RobotSenses, DriftsWithoutFixes) {
   EstimationSettings settings{usual(), {}, false};
   settings.sensors.place_rate = 0;

@@ -203,8 +203,10 @@ void TeamSimulation::read_state(Robot& robot) {
 
 void TeamSimulation::measure(Robot& robot, const RobotTarget& target) {
   read_state(robot);
-  for (std::size_t foot = 0; foot < robot.stands.size(); ++foot)
-    robot.stands[foot] = robot.controller.phase(static_cast<int>(foot)) == LegPhase::Stance;
+  for (int foot = 0; foot < robot.controller.feet(); ++foot)  // one that landed early may bounce
+    robot.stands[static_cast<std::size_t>(foot)] =
+        robot.controller.phase(foot) == LegPhase::Stance &&
+        robot.controller.clock().is_due(foot, data_->time);
   robot.senses.update(robot.state, robot.forces, robot.controller.result().torques, robot.stands,
                       target.normals);
 }
