@@ -82,6 +82,11 @@ class Measurement:
     footholds: Array
     ground: Array
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether all that a plan begins with is."""
+        return bool(np.isfinite(self.bodies).all() and np.isfinite(self.feet).all())
+
 
 class Plan(Protocol):
     """A plan from a measurement over N intervals, and how it came about."""

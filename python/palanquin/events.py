@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class EventKind(StrEnum):
-    """The rungs of the ladder."""
+    """The rungs of the ladder, and what befalls a loop around it."""
 
     DAMPED_STEP = "damped_step"
     """The filter shortened a step."""
@@ -36,6 +36,10 @@ class EventKind(StrEnum):
     """No step was acceptable: the plan is the guess, in a closed loop the last plan shifted."""
     RESTART = "restart"
     """The planner started from its references after failures in a row."""
+    NO_STATE = "no_state"
+    """What was measured is not finite: the last plan was followed on without a new one."""
+    FAULT = "fault"
+    """Something broke, as the scenario has it."""
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from palanquin.problems.clm.references import (
 from palanquin.problems.clm.team_plan import TeamPlan
 from palanquin.problems.planning import Measurement
 from palanquin.problems.robots import quadruped
+from palanquin.sim.runs.breakages import Breakages
 from palanquin.sim.runs.plan_link import PlanLink
 from palanquin.sim.runs.simulated import SimulatedRobots, states
 from palanquin.sim.scenarios.disturbance import mean_wrenches
@@ -69,11 +70,15 @@ class HandsPlant(SimulatedRobots):
         self._knows_truth = scenario.state == "true"
         self._held = self.scene.held_body(data)
         self._truth: dict[str, Array] = {}
+        self._breakages = Breakages(
+            scenario.faults, scenario.names, simulation, self.scene.model, data, self._link
+        )
 
     def measure(self) -> Measurement:
         """Centres of mass, trunks and feet as the controllers know them, and the payload: as it
-        is, or as the hands have it.
+        is, or as the hands have it. What is due to break breaks before.
         """
+        self.events = self._breakages.until(self.time)
         if not self._knows_truth:
             self._truth = self._true_state()
         seen = self.measured()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from time import perf_counter
 from typing import Any, Protocol
@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from palanquin.events import Event, EventKind
 from palanquin.problems.planning import Measurement, Plan, Planner
 from palanquin.sim.errors import InputError
 from palanquin.sim.runs.record import Record, RecordBuilder, RecordedTeam
@@ -33,6 +34,10 @@ class Plant(Protocol):
     @property
     def fall(self) -> str:
         """Why it can't go on, in words; empty as long as it can."""
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """What befell it since the measurement before, that one included."""
 
     def measure(self) -> Measurement:
         """What its sensors tell now."""
@@ -59,12 +64,14 @@ class Tick:
         plan: for it.
         orders: that it was made for.
         values: the plant's, by name.
+        events: what befell the plant, and what the planner did other than full steps.
     """
 
     seen: Measurement
     plan: Plan
     orders: Orders
     values: dict[str, Array]
+    events: tuple[Event, ...] = ()
 
     @property
     def time(self) -> float:
@@ -95,8 +102,11 @@ class Loop:
     is_over: Callable[[Tick, Tick], bool] = lambda first, last: False
 
     def ticks(self) -> Iterator[Tick]:
-        """Plans every period until the plant can't go on or the director ends it."""
+        """Plans every period until the plant can't go on or the director ends it. What is not
+        measured in numbers is not planned from: the last plan goes on.
+        """
         plant, planner = self.plant, self.planner
+        last: Tick | None = None
         while not plant.fall:
             seen = plant.measure()
             pose = planner.reference_at(seen.time)
@@ -104,10 +114,17 @@ class Loop:
             if orders is None:
                 return
             take_orders(planner, orders, seen.time, self.team)
-            plan = planner.plan(seen, orders)
-            seen = plant.apply(plan, seen)
+            events: tuple[Event, ...]
+            if last and not seen.is_finite:
+                seen, plan = replace(last.seen, time=seen.time), last.plan
+                events = (Event(seen.time, EventKind.NO_STATE, "what was measured is not finite"),)
+            else:
+                plan = planner.plan(seen, orders)
+                seen, events = plant.apply(plan, seen), plan.events
+            happened = plant.events + events
             plant.advance(self.period, orders)
-            yield Tick(seen, plan, orders, plant.values())
+            last = Tick(seen, plan, orders, plant.values(), happened)
+            yield last
 
     def run(self, progress: Callable[[int], None] = lambda ticks: None) -> Record:
         """Runs until the most ticks are done, it is over, the plant has fallen, or what is told
@@ -122,7 +139,8 @@ class Loop:
             seen, plan, first = tick.seen, tick.plan, first or tick
             more = {**plan.more, **tick.values}
             x = seen.bodies.ravel()
-            builder.append(time=seen.time, x=x, feet=seen.feet, more=more, **as_fields(plan))
+            fields = {**as_fields(plan), "events": tick.events}
+            builder.append(time=seen.time, x=x, feet=seen.feet, more=more, **fields)
             progress(len(builder))
             if self.is_over(first, tick):
                 break
@@ -161,7 +179,6 @@ def as_fields(plan: Plan) -> dict[str, Any]:
         "usable": plan.is_usable,
         "phases": dict(plan.phases),
         "violation": dict(plan.violation),
-        "events": plan.events,
     }
 
 

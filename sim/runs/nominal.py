@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from palanquin.events import Event
 from palanquin.problems.clm.planner import Planner
 from palanquin.problems.clm.team_plan import TeamPlan, TeamState
 from palanquin.problems.planning import Measurement
@@ -36,6 +37,11 @@ class NominalPlant:
     def time(self) -> float:
         """Now, s."""
         return self._ticks * self._period
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """None: there is nothing that could break."""
+        return ()
 
     @property
     def fall(self) -> str:

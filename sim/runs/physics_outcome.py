@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from palanquin.events import EventKind
 from palanquin.sim.runs.record import Record
 from palanquin.sim.runs.tracking import estimation_error
 
@@ -23,8 +24,8 @@ def physics_figures(record: Record) -> dict[str, Any]:
     "contact_force_max_n": along the normal, of a foot; "control_ms_mean": of a robot's controller;
     "control_fallbacks": its periods without a solution; "touchdowns": how many, and how many of
     them inside a ditch, the deepest one by so many m; "plans": how many were "lost", and how old
-    the measurement became whose plan was followed. Where the state is not known also
-    "estimation_error" of payload and robots, see `estimation_figures`.
+    the measurement became whose plan was followed; "faults": what broke and when. Where the state
+    is not known also "estimation_error" of payload and robots, see `estimation_figures`.
     """
     extremes = record.extremes
     is_hidden = "true_bodies" in record.more
@@ -41,6 +42,11 @@ def physics_figures(record: Record) -> dict[str, Any]:
             "oldest_s": extremes["oldest_plan_s"],
         },
         "real_time_factor": record.duration / record.wall,
+        "faults": [
+            {"time_s": event.time, "what": event.reason}
+            for event in record.events
+            if event.kind is EventKind.FAULT
+        ],
         **({"estimation_error": estimation_figures(record)} if is_hidden else {}),
     }
 

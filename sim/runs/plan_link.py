@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -27,7 +28,8 @@ class PlanLink(Generic[T]):
     def __init__(self, latency: int = 0, lost: float = 0.0, seed: int = 0) -> None:
         self._latency, self._share = latency, lost
         self._random = np.random.default_rng(seed)
-        self._under_way: list[tuple[int, T]] = []
+        self._delay, self._is_silent = 0, False
+        self._under_way: list[tuple[int, int, T]] = []
         self._current: T | None = None
         self._measured = 0
         self.lost, self.oldest = 0, 0
@@ -36,21 +38,33 @@ class PlanLink(Generic[T]):
         """A plan for what was measured at a physics step, now."""
         if self._current is None:
             self._current, self._measured = plan, step
-        elif self._random.random() < self._share:
+        elif self._random.random() < self._share or self._is_silent:
             self.lost += 1
         else:
-            self._under_way.append((step, plan))
+            self._under_way.append((step + self._latency + self._delay, step, plan))
+
+    def disturb(self, delay: int = 0, is_silent: bool = False) -> Callable[[], None]:
+        """Plans sent from now on take `delay` physics steps more, or never arrive; the way back."""
+        self._delay, self._is_silent = delay, is_silent
+
+        def mend() -> None:
+            self._delay, self._is_silent = 0, False
+
+        return mend
 
     def at(self, step: int) -> tuple[T, int]:
         """The latest plan that has arrived at a physics step, and for how many steps no other
-        one does, if any is under way. Raises LookupError before the first plan.
+        one does, if any is under way; one that a later one has overtaken is of no use any more.
+        Raises LookupError before the first plan.
         """
-        while self._under_way and self._under_way[0][0] + self._latency <= step:
-            self._measured, self._current = self._under_way.pop(0)
+        for arrival, measured, plan in self._under_way:
+            if arrival <= step and measured > self._measured:
+                self._measured, self._current = measured, plan
+        self._under_way = [part for part in self._under_way if part[0] > step]
         if self._current is None:
             raise LookupError("no plan has been sent yet")
-        rest = self._under_way[0][0] + self._latency - step if self._under_way else _FOR_EVER
-        return self._current, rest
+        next_arrival = min((arrival for arrival, *_ in self._under_way), default=_FOR_EVER)
+        return self._current, next_arrival - step
 
     def follow(self, until: int) -> None:
         """Notes that the current plan was followed until a physics step."""

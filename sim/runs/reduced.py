@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from palanquin.events import Event
 from palanquin.problems import quaternions
 from palanquin.problems.gaits import Gait, GaitClock
 from palanquin.problems.layered import rotations
@@ -58,6 +59,11 @@ class ReducedPlant:
     def time(self) -> float:
         """Now, s."""
         return self._ticks * self._period
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """None: there is nothing that could break."""
+        return ()
 
     @property
     def fall(self) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
+from palanquin.events import Event
 from palanquin.problems.planning import Measurement
 from palanquin.sim.runs.plan_link import PlanLink
 
@@ -22,6 +23,9 @@ class SimulatedRobots:
         steps: physics steps between two plans.
         robots: how many there are.
         link: on which plans reach the controllers; at once unless told.
+
+    Attributes:
+        events: what broke at the last measurement.
     """
 
     def __init__(
@@ -37,6 +41,7 @@ class SimulatedRobots:
         self._link = link or PlanLink()
         self._step = 0
         self._qpos = data.qpos.copy()
+        self.events: tuple[Event, ...] = ()
 
     @property
     def time(self) -> float:

@@ -19,6 +19,7 @@ from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios.command import AnyCommand
 from palanquin.sim.scenarios.disturbance import Push
 from palanquin.sim.scenarios.ditches import Ditches, Line, ListedDitches
+from palanquin.sim.scenarios.faults import AnyFault, FaultOfRobot
 from palanquin.sim.scenarios.gait import GaitChange
 from palanquin.sim.scenarios.obstacles import AnyObstacle
 from palanquin.sim.scenarios.payload import Payload
@@ -63,6 +64,9 @@ class Scenario(Strict):
     pushes: Annotated[tuple[Push, ...], Field(strict=False)] = Field(
         (), description="that disturb them"
     )
+    faults: Annotated[tuple[AnyFault, ...], Field(strict=False)] = Field(
+        (), description="what breaks in full physics"
+    )
     planner: PlannerSettings = Field(PlannerSettings(), description="how they plan")
     world: World = Field(World(), description="that full physics simulates")
     state: KnownState = Field(
@@ -97,6 +101,9 @@ class Scenario(Strict):
         for i, push in enumerate(self.pushes):
             if push.body not in self.bodies:
                 raise ValueError(f"pushes[{i}].body: {push.body!r} is not one of {self.bodies}")
+        for i, fault in enumerate(self.faults):
+            if isinstance(fault, FaultOfRobot) and fault.whose(self.names) not in names:
+                raise ValueError(f"faults[{i}].robot: {fault.robot!r} is not one of {names}")
         self._lines = self.ditches.draw(self.seed)
         return self
 
@@ -104,6 +111,8 @@ class Scenario(Strict):
     def _require_physics(self) -> Self:
         if self.tracking == "kinematic" and self.state != "true":
             raise ValueError(f"state: is {self.state!r}; a kinematic run has no sensors")
+        if self.tracking == "kinematic" and self.faults:
+            raise ValueError("faults: a kinematic run has nothing that could break")
         return self
 
     @model_validator(mode="after")

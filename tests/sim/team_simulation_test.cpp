@@ -120,6 +120,24 @@ TEST(TeamSimulation, ChangesTheGaitOfOneRobotAtTheEndOfItsCycle) {
   EXPECT_THROW(team.change_gait(0, {"odd", 0.4, {1}, {0}}, 0.8), std::invalid_argument);
 }
 
+TEST(TeamSimulation, ARobotTrotsOnWithoutForcesOnItsFeetAndABlinkWithoutAState) {
+  QuadrupedScene scene(1);
+  TeamSimulation team = simulate(scene, scene.members(trotting(0.1)));
+  ASSERT_EQ(walk(team, 500, {0.2, 0, 0}), 500) << team.fall();
+  team.lose(0, Sense::FootForces, true);
+  ASSERT_EQ(walk(team, 500, {0.2, 0, 0}), 500) << team.fall();
+  EXPECT_EQ(team.extremes().fallbacks, 0);
+  team.lose(0, Sense::State, true);
+  EXPECT_FALSE(team.measured(0).is_finite());
+  ASSERT_EQ(walk(team, 15, {0.2, 0, 0}), 15);
+  EXPECT_EQ(team.extremes().fallbacks, 15);
+  EXPECT_TRUE(team.controller(0).result().torques.allFinite());
+  team.lose(0, Sense::State, false);
+  ASSERT_EQ(walk(team, 1000, {0.2, 0, 0}), 1000) << team.fall();
+  EXPECT_EQ(team.extremes().fallbacks, 15);
+  EXPECT_THROW(team.lose(1, Sense::State, true), std::out_of_range);
+}
+
 TEST(TeamSimulation, DoesNotAllocateWhileItRuns) {
   QuadrupedScene scene(2);
   Push push;

@@ -119,13 +119,17 @@ void RobotController::update(double time, double dt, const RobotState& measured,
     throw std::invalid_argument("robot controller: " + std::to_string(forces.cols()) +
                                 " measured forces; the robot has " + std::to_string(feet()) +
                                 " feet");
+  if (!measured.is_finite()) {
+    controller_.hold();
+    return;
+  }
   model_.update(measured);
   if (!has_started_) start();
   controller_.begin(model_);
   track_base(time, target);
   for (int i = 0; i < feet(); ++i) {
     const Vector3 normal = normal_of(target, i);
-    update_foot(i, time, dt, normal.dot(forces.col(i)), normal);
+    update_foot(i, time, dt, normal_force(i, time, forces, normal), normal);
     control_foot(i, time, target, normal);
   }
   control_hands(time, target);
@@ -149,6 +153,14 @@ const LimbKinematics& RobotController::foot(int index) const {
 Vector3 RobotController::to_ground(int index, const Vector3& normal) const {
   const auto limb = static_cast<std::size_t>(model_.feet()[static_cast<std::size_t>(index)]);
   return foot(index).position - model_.description().limbs[limb].radius * normal;
+}
+
+/// What a foot feels; without a sensor what the gait has it feel.
+double RobotController::normal_force(int index, double time, const Eigen::Matrix3Xd& forces,
+                                     const Vector3& normal) const {
+  const double felt = normal.dot(forces.col(index));
+  if (std::isfinite(felt)) return felt;
+  return clock_.is_due(index, time) ? settings_.contact.touch_force : 0.0;
 }
 
 void RobotController::update_foot(int index, double time, double dt, double force,

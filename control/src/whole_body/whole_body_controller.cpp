@@ -169,6 +169,16 @@ const WholeBodyResult& WholeBodyController::solve() {
   return result_;
 }
 
+const WholeBodyResult& WholeBodyController::hold() {
+  result_.status = Status::NotSolved;
+  result_.active_rows_changed = 0;
+  result_.is_fallback = true;
+  result_.forces.setZero();
+  result_.moments.setZero();
+  fall_back();
+  return result_;
+}
+
 void WholeBodyController::read_solution() {
   const Eigen::VectorXd& x = now().solver.solution();
   const Eigen::Index n = model_->joints();

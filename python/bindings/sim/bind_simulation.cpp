@@ -186,6 +186,9 @@ void bind_data(nb::module_& m) {
 
 void bind_simulation(nb::module_& m) {
   bind_data(m);
+  nb::enum_<Sense>(m, "Sense", "What a robot may lose.")
+      .value("STATE", Sense::State)
+      .value("FOOT_FORCES", Sense::FootForces);
   nb::class_<TeamSimulation>(m, "TeamSimulation", "Steps a team; see team_simulation.hpp.")
       .def("__init__", &construct, "model"_a, "data"_a, "members"_a, "keep_off"_a, "bars"_a,
            "disturbances"_a, nb::keep_alive<1, 2>(), nb::keep_alive<1, 3>(),
@@ -200,6 +203,7 @@ void bind_simulation(nb::module_& m) {
            "at_once"_a = false,
            nb::sig("def change_gait(self, robot: int, gait: object, time: float, "
                    "at_once: bool = False) -> float"))
+      .def("lose", &TeamSimulation::lose, "robot"_a, "sense"_a, "is_lost"_a)
       .def("measured", guarded("measured", &TeamSimulation::measured), "robot"_a)
       .def("qp", guarded("qp", &last_qp), "robot"_a,
            "A copy of the controller's last QP: torques, then the contacts' forces.")

@@ -17,6 +17,7 @@ from palanquin.cli.demo_options import (
     Commands,
     Delay,
     Duration,
+    FaultTexts,
     Forces,
     Friction,
     GaitName,
@@ -50,6 +51,7 @@ def demo(
     name: Source, robots: Robots = None, gait: GaitName = None, velocity: VelocityText = None,
     commands: Commands = None, duration: Duration = None, horizon: Horizon = None,
     rate: Rate = None, qp: BackEnd = None, seed: Seed = None, tracking: HowTracked = None,
+    fault: FaultTexts = None,
     state: KnownState = None,
     headless: Headless = None, out_folder: OutFolder = Path("out"), json_file: JsonFile = None,
     rrd: Rrd = None, video: Video = True,
@@ -70,7 +72,7 @@ def demo(
         scenario = overridden(
             open_any(name), commands=commands, robots=robots, gait=gait, velocity=velocity,
             duration=duration, seed=seed, horizon=horizon, rate=rate, qp=qp, tracking=tracking,
-            state=state,
+            state=state, faults=fault,
         )  # fmt: skip
         walk(scenario, Places(out_folder, rrd, json_file, video), headless)
 

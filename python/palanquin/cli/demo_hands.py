@@ -157,6 +157,7 @@ class PhysicsDemo(HandsDemo):
             ("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us"),
             *_of_estimates(figures),
             ("fallbacks of controllers", f"{figures['control_fallbacks']}"),
+            *((f"at {fault['time_s']:.2f} s", fault["what"]) for fault in figures["faults"]),
             ("faster than real time", f"{figures['real_time_factor']:.2f} times"),
         ]
 

@@ -92,6 +92,17 @@ KnownState = Annotated[
     ),
 ]
 
+FaultTexts = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--fault",
+        metavar="KIND[@TIME]",
+        help="What breaks in physics, and when (2 s unless told): planner-silent, plans-late, "
+        "state-lost, sensor-gone, motor-dead, hand-off, friction-lost. A scenario's `faults` say "
+        "more.",
+    ),
+]
+
 BarPlanner = Annotated[
     PlannerName | None,
     typer.Option(help="One QP for all, one a robot with what the others sent, or no bar known."),

@@ -10,6 +10,7 @@ from typing import Any
 from palanquin.sim.errors import InputError
 from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario, bar_texts, with_robots
 from palanquin.sim.scenarios.command import VelocityStep
+from palanquin.sim.scenarios.faults import FAULTS
 from palanquin.sim.scenarios.recorded import replayed, replayed_on_bars
 from palanquin.sim.scenarios.sensors import Sensors
 
@@ -36,6 +37,7 @@ def hands_overridden(
     seed: int | None = None,
     tracking: str | None = None,
     state: str | None = None,
+    faults: list[str] | None = None,
     **planner: Any,
 ) -> Scenario:
     """The scenario with the options that were given; `planner` are fields of its settings.
@@ -52,6 +54,8 @@ def hands_overridden(
     if gait is not None:
         changes["robots"] = [{**dict(robot), "gait": gait} for robot in scenario.robots]
         changes["gait_changes"] = []
+    if faults:
+        changes["faults"] = [parse_fault(text) for text in faults]
     # What a scenario leaves open stays open: see `physical`.
     told = {name: getattr(scenario.planner, name) for name in scenario.planner.model_fields_set}
     return scenario.changed(**changes, planner={**told, **_given(**planner)})
@@ -101,6 +105,18 @@ def _given(**options: Any) -> dict[str, Any]:
         for name, value in options.items()
         if value is not None
     }
+
+
+def parse_fault(text: str) -> dict[str, Any]:
+    """A fault of the form KIND[@TIME]; raises ValueError that shows it."""
+    kind, at, time = text.partition("@")
+    try:
+        return {"type": kind, **({"start": float(time)} if at else {})}
+    except ValueError as error:
+        raise ValueError(
+            f"--fault {text}: KIND[@TIME] is needed, such as motor-dead@3.5; KIND is one of "
+            f"{', '.join(FAULTS)}"
+        ) from error
 
 
 def parse_velocity(text: str) -> VelocityStep:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace palanquin {
 
@@ -38,7 +39,7 @@ void RobotSenses::update(const RobotState& truth, const Eigen::Matrix3Xd& forces
 }
 
 void RobotSenses::compare(const RobotState& truth) {
-  const RobotState& known = state();
+  const RobotState& known = estimation_->estimator.state();
   const auto add = [](double error, double& sum, double& largest) {
     sum += error * error;
     largest = std::max(largest, error);
@@ -50,11 +51,30 @@ void RobotSenses::compare(const RobotState& truth) {
   ++periods_;
 }
 
+void RobotSenses::lose(Sense sense, bool is_lost) {
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  if (sense == Sense::FootForces) {
+    no_forces_.reset();
+    if (is_lost) no_forces_ = Eigen::Matrix3Xd::Constant(3, forces_.cols(), kNothing);
+    return;
+  }
+  no_state_.reset();
+  if (!is_lost) return;
+  RobotState& nothing = no_state_.emplace(state());
+  for (Vector3* v : {&nothing.base_position, &nothing.base_velocity, &nothing.base_rate})
+    v->setConstant(kNothing);
+  nothing.base_orientation.setConstant(kNothing);
+  nothing.joint_positions.setConstant(kNothing);
+  nothing.joint_velocities.setConstant(kNothing);
+}
+
 const RobotState& RobotSenses::state() const {
+  if (no_state_) return *no_state_;
   return estimation_ ? estimation_->estimator.state() : measurement_.current();
 }
 
 const Eigen::Matrix3Xd& RobotSenses::foot_forces() const {
+  if (no_forces_) return *no_forces_;
   return estimation_ && !estimation_->feels_feet ? estimation_->estimator.foot_forces() : forces_;
 }
 

@@ -174,6 +174,11 @@ double TeamSimulation::change_gait(int index, const planning::Gait& gait, double
   return robot(index).controller.change_gait(gait, time, at_once);
 }
 
+void TeamSimulation::lose(int index, Sense sense, bool is_lost) {
+  const auto use = user_.change("lose");
+  robot(index).senses.lose(sense, is_lost);
+}
+
 void TeamSimulation::check_targets(int periods, const std::vector<RobotTarget>& targets) const {
   if (targets.size() != robots_.size() || periods < 0)  // the rules allocate
     require(SettingRules()

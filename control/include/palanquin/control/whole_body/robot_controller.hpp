@@ -43,7 +43,8 @@ class RobotController {
                   const RobotControlSettings& settings);
 
   /// One control period of `dt` s; `forces` are the ground's on the feet as measured, [3, feet],
-  /// world, N. Torques: `result`. Throws std::invalid_argument for numbers of feet or hands that
+  /// world, N. Torques: `result`. Of a state that is not finite nothing is believed: torques are a
+  /// fallback's. A foot whose force is not finite stands as the gait has it. Throws std::invalid_argument for numbers of feet or hands that
   /// are not the robot's.
   void update(double time, double dt, const RobotState& measured, const Eigen::Matrix3Xd& forces,
               const RobotTarget& target);
@@ -82,6 +83,8 @@ class RobotController {
   Vector3 to_ground(int index, const Vector3& normal) const;
   bool fits(const RobotTarget& target) const;
   void start();
+  double normal_force(int index, double time, const Eigen::Matrix3Xd& forces,
+                      const Vector3& normal) const;
   void update_foot(int index, double time, double dt, double force, const Vector3& normal);
   void control_foot(int index, double time, const RobotTarget& target, const Vector3& normal);
   void stand(int index, double time, const RobotTarget& target, const Vector3& normal);

@@ -98,6 +98,8 @@ class WholeBodyController {
   /// Never throws. When the QP has no usable solution, the torques of the last good period are held
   /// for `hold_periods`; after that, or without any, they carry the desired forces and damp.
   const WholeBodyResult& solve();
+  /// A period of which nothing is known, in place of `begin` to `solve`: as if the QP had failed.
+  const WholeBodyResult& hold();
 
   const WholeBodyResult& result() const { return result_; }
   /// delta of the last period's tasks, in their order; 0 in a fallback.

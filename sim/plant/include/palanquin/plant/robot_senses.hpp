@@ -22,6 +22,9 @@ struct EstimationErrors {
   double velocity = 0, largest_velocity = 0;        ///< m/s
 };
 
+/// What a robot may lose.
+enum class Sense { State, FootForces };
+
 /// What a robot's controller takes for its state and for the forces on its feet: the truth, the
 /// truth with noise, or an estimate.
 class RobotSenses {
@@ -34,6 +37,9 @@ class RobotSenses {
   void update(const RobotState& truth, const Eigen::Matrix3Xd& forces,
               const Eigen::VectorXd& torques, const std::vector<bool>& stands,
               const Eigen::Matrix3Xd& normals);
+
+  /// From now on there is nothing but NaN of it, or again what there was.
+  void lose(Sense sense, bool is_lost);
 
   const RobotState& state() const;
   const Eigen::Matrix3Xd& foot_forces() const;  ///< [3, feet], world, N
@@ -51,6 +57,8 @@ class RobotSenses {
   Measurement measurement_;
   std::optional<Estimation> estimation_;
   Eigen::Matrix3Xd forces_;
+  std::optional<RobotState> no_state_;         ///< while it is lost
+  std::optional<Eigen::Matrix3Xd> no_forces_;  ///< likewise
   EstimationErrors sums_;
   long periods_ = 0;
 };

@@ -74,6 +74,10 @@ class TeamSimulation {
   /// std::out_of_range for a robot that the team has not. Returns when it happens, s.
   double change_gait(int index, const planning::Gait& gait, double time, bool at_once = false);
 
+  /// A robot's controller, and whoever measures it, has nothing of that kind from now on, or again;
+  /// std::out_of_range for a robot that the team has not.
+  void lose(int index, Sense sense, bool is_lost);
+
   double time() const;
   bool has_fallen() const { return !fall_.empty(); }
   const std::string& fall() const { return fall_; }  ///< what happened, in words
