@@ -154,6 +154,7 @@ OTHERS = {
 NOT_OF_THE_RUN = {"carry", "name", "summary", "tracking"}
 TESTED_ELSEWHERE = {"planner", "duration", "obstacles", "world"}
 TESTED_ELSEWHERE |= {"state", "sensors"}  # in test_known_states.py
+TESTED_ELSEWHERE |= {"faults"}  # in test_faults.py
 
 
 def essence(scenario):
