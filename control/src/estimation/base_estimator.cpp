@@ -152,7 +152,9 @@ void BaseEstimator::predict_covariance(double dt, const std::vector<FootMotion>&
   driven.leftCols<6>() = dt * changes_.leftCols<6>();
   driven.rightCols<6>() = dt * changes_.middleCols<6>(gyro);
   driven.middleCols<3>(6) += dt * settings_.gyro * settings_.gyro * by_gyro;
-  covariance_.noalias() += driven * rates_.transpose();
+  covariance_.noalias() += driven.lazyProduct(rates_.transpose());
+  changes_ = covariance_.transpose();  // rounding, of the corrections before too
+  covariance_ = 0.5 * (covariance_ + changes_);
 
   auto variances = covariance_.diagonal();
   const auto add = [&](int first, double deviation) {
@@ -215,9 +217,7 @@ void BaseEstimator::correct(const Tall<Rows>& covariance_with,
   const Eigen::Matrix<double, Rows, Rows> inverse = spread.inverse();
   if (!inverse.allFinite()) return;  // nothing is unknown and nothing measured
   const Tall<Rows> gain = covariance_with * inverse;
-  covariance_.noalias() -= gain * covariance_with.transpose();
-  changes_ = covariance_.transpose();
-  covariance_ = 0.5 * (covariance_ + changes_);
+  covariance_.noalias() -= gain.lazyProduct(covariance_with.transpose());
   move(gain * residual, moves_past);
 }
 
