@@ -1,6 +1,7 @@
 // The only file that includes Pinocchio.
 #include "palanquin/control/whole_body/robot_model.hpp"
 
+#include <limits>
 #include <pinocchio/algorithm/center-of-mass.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/frames.hpp>
@@ -23,6 +24,7 @@ struct RobotModel::Pinocchio {
   pin::Model model;
   std::unique_ptr<pin::Data> data;
   std::vector<pin::FrameIndex> frames;
+  RobotState state;  // that all is of
   Eigen::VectorXd q, v, zero, effort, damping;
   Eigen::MatrixXd mass_matrix;
   Eigen::VectorXd bias;
@@ -32,7 +34,7 @@ struct RobotModel::Pinocchio {
   Eigen::Matrix3d rotation;
 
   void add_bodies(const RobotDescription& description);
-  void set_state(const RobotState& state);
+  void set_state(const RobotState& now);
   void update_com();
   void update_limbs();
 };
@@ -78,7 +80,8 @@ void RobotModel::Pinocchio::add_bodies(const RobotDescription& description) {
   }
 }
 
-void RobotModel::Pinocchio::set_state(const RobotState& state) {
+void RobotModel::Pinocchio::set_state(const RobotState& now) {
+  state = now;
   const Vector4 orientation = state.base_orientation.normalized();
   rotation = quaternion(orientation).toRotationMatrix();
   q.head<3>() = state.base_position;
@@ -90,8 +93,8 @@ void RobotModel::Pinocchio::set_state(const RobotState& state) {
 }
 
 void RobotModel::Pinocchio::update_com() {
-  pin::centerOfMass(model, *data, q, v, zero, false);
-  pin::jacobianCenterOfMass(model, *data, q, false);
+  pin::centerOfMass(model, *data, pin::ACCELERATION, false);
+  pin::jacobianCenterOfMass(model, *data, false);
   com.position = data->com[0];
   com.velocity = data->vcom[0];
   com.drift = data->acom[0];
@@ -128,6 +131,8 @@ RobotModel::RobotModel(const RobotDescription& description)
   p.add_bodies(description);
   p.data = std::make_unique<pin::Data>(p.model);
   const Eigen::Index nv = p.model.nv;
+  p.state.joint_positions.setConstant(nv - 6, std::numeric_limits<double>::quiet_NaN());
+  p.state.joint_velocities = p.state.joint_positions;
   p.q.setZero(p.model.nq);
   p.v.setZero(nv);
   p.zero.setZero(nv);
@@ -159,6 +164,7 @@ void RobotModel::update(const RobotState& state) {
                                 std::to_string(state.joint_velocities.size()) +
                                 " velocities; the robot has " + std::to_string(joints()));
   Pinocchio& p = *pinocchio_;
+  if (state == p.state) return;
   p.set_state(state);
   pin::crba(p.model, *p.data, p.q, pin::Convention::WORLD);
   p.mass_matrix.triangularView<Eigen::Upper>() = p.data->M.triangularView<Eigen::Upper>();
@@ -166,9 +172,9 @@ void RobotModel::update(const RobotState& state) {
       p.data->M.transpose().triangularView<Eigen::StrictlyLower>();
   p.bias = pin::nonLinearEffects(p.model, *p.data, p.q, p.v);
   p.bias += p.damping.cwiseProduct(p.v);
-  // Kinematics last, with v' = 0: nonLinearEffects leaves gravity in the accelerations.
+  // Kinematics last, with v' = 0: nonLinearEffects leaves gravity in the accelerations. The joints'
+  // Jacobians are crba's.
   pin::forwardKinematics(p.model, *p.data, p.q, p.v, p.zero);
-  pin::computeJointJacobians(p.model, *p.data);
   p.update_com();
   p.update_limbs();
 }

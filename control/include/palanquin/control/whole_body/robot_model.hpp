@@ -49,7 +49,8 @@ class RobotModel {
   double mass() const;
   const Eigen::VectorXd& effort() const;  ///< [n], N m
 
-  /// Evaluates all that follows. The state has n joints; otherwise std::invalid_argument.
+  /// Evaluates all that follows, unless it is of this very state already. The state has n joints;
+  /// otherwise std::invalid_argument.
   void update(const RobotState& state);
 
   const Eigen::VectorXd& velocity() const;      ///< v

@@ -20,6 +20,8 @@ struct RobotState {
     return base_position.allFinite() && base_orientation.allFinite() && base_velocity.allFinite() &&
            base_rate.allFinite() && joint_positions.allFinite() && joint_velocities.allFinite();
   }
+  /// Of two states with as many joints.
+  bool operator==(const RobotState&) const = default;
 };
 
 }  // namespace palanquin
