@@ -38,6 +38,8 @@ class EventKind(StrEnum):
     """The planner started from its references after failures in a row."""
     NO_STATE = "no_state"
     """What was measured is not finite: the last plan was followed on without a new one."""
+    COLLISION = "collision"
+    """Something but a foot began to touch something."""
     FAULT = "fault"
     """Something broke, as the scenario has it."""
 

@@ -78,7 +78,7 @@ class HandsPlant(SimulatedRobots):
         """Centres of mass, trunks and feet as the controllers know them, and the payload: as it
         is, or as the hands have it. What is due to break breaks before.
         """
-        self.events = self._breakages.until(self.time)
+        self.events = self._breakages.until(self.time) + self.collided()
         if not self._knows_truth:
             self._truth = self._true_state()
         seen = self.measured()
@@ -161,6 +161,7 @@ class HandsPlant(SimulatedRobots):
             **super().extremes(),
             "contact_force_n": worst.contact_force,
             "slip_m": worst.slip,
+            "collisions": worst.collisions,
             "lost_plans": self._link.lost,
             "oldest_plan_s": self._link.oldest * TIMESTEP,
         }

@@ -23,8 +23,9 @@ def physics_figures(record: Record) -> dict[str, Any]:
     motors and ticks at their limit; "slip_m": the farthest that a foot slid in one contact;
     "contact_force_max_n": along the normal, of a foot; "control_ms_mean": of a robot's controller;
     "control_fallbacks": its periods without a solution; "touchdowns": how many, and how many of
-    them inside a ditch, the deepest one by so many m; "plans": how many were "lost", and how old
-    the measurement became whose plan was followed; "faults": what broke and when. Where the state
+    them inside a ditch, the deepest one by so many m; "collisions": "steps" in which anything but a
+    foot touched anything, and what was the "first"; "plans": how many were "lost", and how old the
+    measurement became whose plan was followed; "faults": what broke and when. Where the state
     is not known also "estimation_error" of payload and robots, see `estimation_figures`.
     """
     extremes = record.extremes
@@ -37,16 +38,16 @@ def physics_figures(record: Record) -> dict[str, Any]:
         "control_ms_mean": extremes["control_ms_mean"],
         "control_fallbacks": int(extremes["control_fallbacks"]),
         "touchdowns": _touchdown_figures(record),
+        "collisions": {
+            "steps": int(extremes["collisions"]),
+            "first": next(iter(_reasons(record, EventKind.COLLISION)), None),
+        },
         "plans": {
             "lost": int(extremes["lost_plans"]),
             "oldest_s": extremes["oldest_plan_s"],
         },
         "real_time_factor": record.duration / record.wall,
-        "faults": [
-            {"time_s": event.time, "what": event.reason}
-            for event in record.events
-            if event.kind is EventKind.FAULT
-        ],
+        "faults": _reasons(record, EventKind.FAULT),
         **({"estimation_error": estimation_figures(record)} if is_hidden else {}),
     }
 
@@ -68,6 +69,10 @@ def estimation_figures(record: Record) -> dict[str, dict[str, float]]:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def _reasons(record: Record, kind: EventKind) -> list[dict[str, Any]]:
+    return [{"time_s": e.time, "what": e.reason} for e in record.events if e.kind is kind]
 
 
 def _touchdown_figures(record: Record) -> dict[str, float]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin import _sim
-from palanquin.events import Event
+from palanquin.events import Event, EventKind
 from palanquin.problems.planning import Measurement
 from palanquin.sim.runs.plan_link import PlanLink
 
@@ -25,7 +25,7 @@ class SimulatedRobots:
         link: on which plans reach the controllers; at once unless told.
 
     Attributes:
-        events: what broke at the last measurement.
+        events: what befell them since the measurement before.
     """
 
     def __init__(
@@ -42,6 +42,7 @@ class SimulatedRobots:
         self._step = 0
         self._qpos = data.qpos.copy()
         self.events: tuple[Event, ...] = ()
+        self._collisions, self._collides = 0, False
 
     @property
     def time(self) -> float:
@@ -76,6 +77,14 @@ class SimulatedRobots:
             targets, steps = self._link.at(self._step)
             self._step += self.simulation.run(min(steps, end - self._step), targets)
             self._link.follow(self._step)
+
+    def collided(self) -> tuple[Event, ...]:
+        """Whether something but feet has begun to touch something since this was asked last."""
+        before, self._collisions = self._collisions, self.simulation.extremes.collisions
+        collided, self._collides = self._collides, self._collisions > before
+        if collided or not self._collides:
+            return ()
+        return (Event(self.time, EventKind.COLLISION, self.simulation.collision),)
 
     def values(self) -> dict[str, Array]:
         """Forces and virtual constraints at the last period's end, configuration at its start."""

@@ -7,6 +7,9 @@ import mujoco
 from palanquin.problems.robots import Joint, Link
 
 COLLISION_GROUP = 3
+GROUND = 1
+"""The bit of contype and conaffinity of what touches the ground."""
+
 _AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
 
 
@@ -43,5 +46,11 @@ def add_collision(
 ) -> mujoco.MjsGeom:
     """Add an invisible geom that collides with the ground only."""
     return body.add_geom(
-        type=kind, size=size, pos=centre, mass=0, contype=0, conaffinity=1, group=COLLISION_GROUP
+        type=kind,
+        size=size,
+        pos=centre,
+        mass=0,
+        contype=0,
+        conaffinity=GROUND,
+        group=COLLISION_GROUP,
     )

@@ -4,6 +4,7 @@ import mujoco
 
 from palanquin.problems.robots import FEET, QuadrupedModel
 from palanquin.sim.scenes.arm import add_arm
+from palanquin.sim.scenes.collisions import add_link_collisions
 from palanquin.sim.scenes.links import COLLISION_GROUP, add_collision, add_link, set_inertia
 from palanquin.sim.scenes.paint import Paint
 from palanquin.sim.scenes.palette import ROBOT_COLOURS, Colour
@@ -23,6 +24,7 @@ def armed_quadruped(
     """
     spec, trunk, paint = _walker(model, accent, visual)
     add_arm(spec, trunk, model, paint)
+    add_link_collisions(spec, model)
     return spec
 
 

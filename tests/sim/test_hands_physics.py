@@ -44,6 +44,7 @@ def test_a_team_trots_with_its_beam(trot):
     assert np.abs(trot.more["torque_share"]).max() <= 1.0
     assert figures["slip_m"] < 3e-3
     assert (figures["control_fallbacks"], figures["fallbacks"]) == (0, 0)
+    assert figures["collisions"] == {"steps": 0, "first": None}
 
 
 def test_the_ground_bears_all_of_the_weight(trot):

@@ -177,6 +177,7 @@ void bind_data(nb::module_& m) {
       .def_ro("bar_length_error", &TeamExtremes::bar_length_error)
       .def_ro("contact_force", &TeamExtremes::contact_force)
       .def_ro("slip", &TeamExtremes::slip)
+      .def_ro("collisions", &TeamExtremes::collisions)
       .def_ro("fallbacks", &TeamExtremes::fallbacks)
       .def_ro("control_ms", &TeamExtremes::control_ms)
       .def_ro("control_periods", &TeamExtremes::control_periods);
@@ -223,6 +224,7 @@ void bind_simulation(nb::module_& m) {
       .def_prop_ro("time", guarded("time", &TeamSimulation::time))
       .def_prop_ro("has_fallen", guarded("has_fallen", &TeamSimulation::has_fallen))
       .def_prop_ro("fall", guarded("fall", &TeamSimulation::fall))
+      .def_prop_ro("collision", guarded("collision", &TeamSimulation::collision))
       .def_prop_ro("fall_time", guarded("fall_time", &TeamSimulation::fall_time))
       .def_prop_ro("extremes", guarded("extremes", &TeamSimulation::extremes));
 }

@@ -154,6 +154,7 @@ class PhysicsDemo(HandsDemo):
             ("largest torque", f"{torque:.0%} of its limit, at which {at_limit:.2%} were"),
             ("slip of a foot", f"at most {1e3 * figures['slip_m']:.2g} mm"),
             ("touchdowns, in ditches", f"{touched['count']}, {touched['in_ditches']}"),
+            ("collisions", _of_collisions(figures["collisions"])),
             ("a robot's controller, mean", f"{1e3 * figures['control_ms_mean']:.0f} us"),
             *_of_estimates(figures),
             ("fallbacks of controllers", f"{figures['control_fallbacks']}"),
@@ -171,6 +172,13 @@ def _of_estimates(figures: dict[str, Any]) -> list[tuple[str, str]]:
         )
         for who, error in figures.get("estimation_error", {}).items()
     ]
+
+
+def _of_collisions(figures: dict[str, Any]) -> str:
+    first = figures["first"]
+    if first is None:
+        return "none"
+    return f"{figures['steps']} ms, first at {first['time_s']:.2f} s: {first['what']}"
 
 
 def _listed(values: dict[str, float], form: str) -> str:

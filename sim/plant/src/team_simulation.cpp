@@ -317,20 +317,45 @@ void TeamSimulation::check_bars() {
 void TeamSimulation::check_fall() {
   for (const int warning : {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC})
     if (data_->warning[warning].number > 0) return set_fall("the simulation diverged");
-  for (int i = 0; i < data_->ncon; ++i) {
-    const mjContact& contact = data_->contact[i];
-    for (const int side : {0, 1}) {
-      const int geom = contact.geom[side], other = contact.geom[1 - side];
-      if (geom < 0 || other < 0) continue;
-      const int body = model_->geom_bodyid[geom];
-      const bool is_ground = model_->body_weldid[model_->geom_bodyid[other]] == 0;
-      if (is_ground && contact.dist < 0 && keep_off_[static_cast<std::size_t>(body)])
-        return set_fall(std::string(mj_id2name(model_, mjOBJ_BODY, body)) + " touched the ground");
-    }
-  }
+  check_contacts();
+  if (has_fallen()) return;
   for (const auto& robot : robots_)
     if (data_->xmat[9 * robot->member.trunk + 8] < kLargestTilt)
       return set_fall(robot->member.name + " tipped over");
+}
+
+void TeamSimulation::check_contacts() {
+  bool has_collided = false;
+  for (int i = 0; i < data_->ncon; ++i) {
+    const mjContact& contact = data_->contact[i];
+    if (contact.dist >= 0 || contact.geom[0] < 0 || contact.geom[1] < 0) continue;
+    const auto is_foot = [&](int side) {
+      return foot_of_[static_cast<std::size_t>(contact.geom[side])].foot >= 0;
+    };
+    const int bodies[2] = {model_->geom_bodyid[contact.geom[0]],
+                           model_->geom_bodyid[contact.geom[1]]};
+    const auto is_ground = [&](int side) { return model_->body_weldid[bodies[side]] == 0; };
+    if ((is_foot(0) && is_ground(1)) || (is_foot(1) && is_ground(0))) continue;
+    has_collided = true;
+    collided_ = {contact.geom[0], contact.geom[1]};
+    for (const int side : {0, 1})
+      if (is_ground(1 - side) && keep_off_[static_cast<std::size_t>(bodies[side])])
+        return set_fall(std::string(mj_id2name(model_, mjOBJ_BODY, bodies[side])) +
+                        " touched the ground");
+  }
+  extremes_.collisions += has_collided;
+}
+
+std::string TeamSimulation::collision() const {
+  if (collided_.first < 0) return {};
+  const auto name = [&](int geom) -> std::string {
+    const int body = model_->geom_bodyid[geom];
+    const char* text = body > 0 ? mj_id2name(model_, mjOBJ_BODY, body)
+                                : mj_id2name(model_, mjOBJ_GEOM, geom);
+    return text != nullptr ? text : "the ground";
+  };
+  const auto [one, other] = std::minmax(collided_.first, collided_.second);
+  return name(other) + " touched " + name(one);
 }
 
 void TeamSimulation::set_fall(const std::string& what) {

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palanquin/control/whole_body/robot_controller.hpp"
@@ -41,6 +42,7 @@ struct TeamExtremes {
   double bar_length_error = 0;  ///< m
   double contact_force = 0;     ///< normal force of a foot, N
   double slip = 0;              ///< that a foot slid within one contact, not that it rolled, m
+  int collisions = 0;           ///< steps in which anything but a foot touched anything
   int fallbacks = 0;            ///< control periods whose QP had no usable solution
   double control_ms = 0;        ///< sum over robots and periods of the controllers' time
   long control_periods = 0;     ///< robots times periods
@@ -81,6 +83,8 @@ class TeamSimulation {
   double time() const;
   bool has_fallen() const { return !fall_.empty(); }
   const std::string& fall() const { return fall_; }  ///< what happened, in words
+  /// Who touched whom in the last step with a collision; empty before.
+  std::string collision() const;
   double fall_time() const { return fall_time_; }    ///< s
   const TeamExtremes& extremes() const { return extremes_; }
 
@@ -118,6 +122,7 @@ class TeamSimulation {
   void disturb();
   void check_bars();
   void check_fall();
+  void check_contacts();
   void set_fall(const std::string& what);
 
   mjModel_* model_;
@@ -128,6 +133,7 @@ class TeamSimulation {
   std::vector<BarSites> bars_;
   std::vector<Disturbance> disturbances_;
   std::string fall_;
+  std::pair<int, int> collided_{-1, -1};  ///< geoms
   double fall_time_ = 0;
   TeamExtremes extremes_;
   SingleUser user_{"team simulation"};

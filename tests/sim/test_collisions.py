@@ -1,0 +1,84 @@
+"""What touches what: legs, arms, trunks, payload and ground."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from palanquin.events import EventKind
+from palanquin.sim.runs.hands_physics import held_scene
+from palanquin.sim.runs.run_outcome import outcome
+from palanquin.sim.runs.scenarios import run_scenario
+from palanquin.sim.scenarios import open_scenario
+from palanquin.sim.scenarios.physical import physical
+from palanquin.sim.scenes.scene import joint_slice
+
+TROT = physical(open_scenario("trot"))
+OTHERS = ["a1", "aliengo"]
+
+
+def touching(scene, qpos):
+    """Pairs of bodies that touch without feet on the ground."""
+    model, data = scene.model, scene.data()
+    data.qpos[:] = qpos
+    mujoco.mj_forward(model, data)
+    pairs = [sorted(model.geom_bodyid[geom] for geom in c.geom) for c in data.contact]
+    return {tuple(model.body(i).name for i in pair) for pair in pairs if pair[0] > 0}
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return held_scene(TROT)
+
+
+def moved(scene, joint, by):
+    qpos = scene.start.copy()
+    qpos[joint_slice(scene.model, joint, 3)] += by
+    return qpos
+
+
+@pytest.mark.parametrize("kind", ["laikago", *OTHERS])
+def test_nothing_touches_at_the_start(kind):
+    robots = [robot.changed(model=kind) for robot in TROT.robots]
+    scene = held_scene(TROT.changed(robots=robots))
+    assert touching(scene, scene.start) == set()
+
+
+def test_robots_touch_each_other(scene):
+    left, right = (
+        scene.start[joint_slice(scene.model, f"{name}/free", 3)] for name in ("left", "right")
+    )
+    pairs = touching(scene, moved(scene, "left/free", right - left + [0.02, 0.01, 0]))
+    touched = {(one.split("/")[-1], other.split("/")[-1]) for one, other in pairs}
+    assert ("trunk", "trunk") in touched
+    assert any("calf" in one and "calf" in other for one, other in touched)
+    assert any("arm" in one and "arm" in other for one, other in touched)
+
+
+def test_the_payload_touches_robots_but_not_the_hands_that_hold_it(scene):
+    low = scene.start[joint_slice(scene.model, "left/free", 3)][2]
+    high = scene.start[joint_slice(scene.model, "payload", 3)][2]
+    pairs = touching(scene, moved(scene, "payload", [-0.25, 0.0, low - high]))
+    assert ("left/trunk", "payload") in pairs
+    held = touching(scene, moved(scene, "payload", [0.02, 0.0, 0.02]))
+    assert not any("arm_roll" in one or "arm_elbow" in one for one, _ in held)
+
+
+def test_legs_touch_each_other_but_not_the_trunk_they_hang_on(scene):
+    qpos = scene.start.copy()
+    model = scene.model
+    qpos[joint_slice(model, "left/LF_hip", 1)] -= 0.9
+    qpos[joint_slice(model, "left/RF_hip", 1)] += 0.9
+    pairs = touching(scene, qpos)
+    assert any("LF" in one and "RF" in other for one, other in pairs)
+    assert not any("trunk" in one and "thigh" in other for one, other in pairs)
+
+
+def test_a_run_tells_of_collisions():
+    push = {"body": "left", "force": [0.0, -500.0, 0.0], "start": 0.5, "duration": 0.8}
+    record = run_scenario(TROT.changed(pushes=[push], duration=2.0))
+    figures = outcome(record)["collisions"]
+    assert figures["steps"] > 0
+    assert " touched " in figures["first"]["what"]
+    assert 0.5 < figures["first"]["time_s"] < 2.0
+    assert np.isfinite(record.bodies).all()
+    assert sum(event.kind is EventKind.COLLISION for event in record.events) >= 1
