@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from palanquin.events import Event, EventKind
 from palanquin.sim.errors import InputError
-from palanquin.sim.runs.growing import GrowingArrays
 
 Array = NDArray[np.float64]
 
@@ -269,9 +268,9 @@ class RecordBuilder:
         self._team = team
         self._plan_time = np.array(plan_time, float)
         _check_plan_time(self._plan_time)
-        shapes = tick_shapes(len(team.bodies), len(team.names), len(self._plan_time) - 1)
-        self._ticks = GrowingArrays("tick", shapes)
-        self._groups: dict[str, GrowingArrays] = {}
+        self._shapes = tick_shapes(len(team.bodies), len(team.names), len(self._plan_time) - 1)
+        self._ticks: list[dict[str, Any]] = []
+        self._groups: list[dict[str, Mapping[str, Any]]] = []
         self._words: list[tuple[str, bool]] = []
         self._events: list[Event] = []
 
@@ -291,19 +290,18 @@ class RecordBuilder:
     ) -> None:
         """Add one tick: `values` are the per-tick arrays of `Record` by name.
 
-        Raises InputError for a missing, unknown or misshapen value; whether numbers are finite is
-        looked at when the record is built.
+        Raises InputError for a missing, unknown or misshapen value; numbers are looked at when the
+        record is built.
         """
+        _check_names("tick", values, self._shapes)
+        for name, shape in self._shapes.items():
+            if getattr(values[name], "shape", None) != shape:  # an array's is at hand
+                _check_shape(name, values[name], shape)
         groups = {"phases": phases or {}, "violation": violation or {}, "more": more or {}}
-        for name in groups.keys() - self._groups.keys():
-            shapes = {key: np.shape(value) for key, value in groups[name].items()}
-            self._groups[name] = GrowingArrays(name, shapes)
-        self._ticks.check(values)
         for name, group in groups.items():
-            self._groups[name].check(group)
+            _check_names(name, group, (self._groups or [groups])[0][name])
         self._ticks.append(values)
-        for name, group in groups.items():
-            self._groups[name].append(group)
+        self._groups.append(groups)
         self._words.append((str(status), bool(usable)))
         self._events += events
 
@@ -311,8 +309,12 @@ class RecordBuilder:
         """The ticks so far, checked; `rest` are the fields of the whole run."""
         if not self._ticks:
             raise InputError("record.time: at least one tick is needed")
-        arrays: dict[str, Any] = {**self._ticks.arrays()}
-        groups: dict[str, Any] = {name: group.arrays() for name, group in self._groups.items()}
+        arrays: dict[str, Any] = {name: np.array([tick[name] for tick in self._ticks], float)
+                  for name in self._shapes}  # fmt: skip
+        groups: dict[str, Any] = {
+            group: {name: np.array([g[group][name] for g in self._groups]) for name in names}
+            for group, names in self._groups[0].items()
+        }
         status, usable = zip(*self._words, strict=True)
         return Record(
             self._team,
@@ -327,6 +329,13 @@ class RecordBuilder:
         )
 
 
+def _check_names(where: str, given: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+    if given.keys() != expected.keys():
+        missing = sorted(expected.keys() - given.keys())
+        unknown = sorted(given.keys() - expected.keys())
+        raise InputError(f"record {where}: missing {missing}, unknown {unknown}")
+
+
 def _check_plan_time(plan_time: Array) -> None:
     if np.ndim(plan_time) != 1 or len(plan_time) < 2:
         raise InputError(f"record.plan_time: shape {np.shape(plan_time)} instead of (N+1,), N >= 1")
@@ -334,8 +343,12 @@ def _check_plan_time(plan_time: Array) -> None:
         raise InputError("record.plan_time: must start at 0 and increase")
 
 
-def _check_array(name: str, value: Any, shape: tuple[int, ...]) -> None:
+def _check_shape(name: str, value: Any, shape: tuple[int, ...]) -> None:
     if np.shape(value) != shape:
         raise InputError(f"record.{name}: shape {np.shape(value)} instead of {shape}")
+
+
+def _check_array(name: str, value: Any, shape: tuple[int, ...]) -> None:
+    _check_shape(name, value, shape)
     if name in _FINITE and not np.all(np.isfinite(np.asarray(value, float))):
         raise InputError(f"record.{name}: every value must be finite")
