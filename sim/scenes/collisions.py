@@ -1,4 +1,10 @@
-"""What collides: everything with the ground, robots' parts and the payload with each other too."""
+"""What collides in physics with hands.
+
+Feet, trunks, arms and payload with the ground; trunks, arms and payload with each other; all of
+these and obstacles with legs. Legs pass through legs, and shins through the ground that their feet
+stand on: on a steep way down a hind foot is planned to where the front thigh is, and no row keeps
+them apart yet.
+"""
 
 from collections.abc import Sequence
 
@@ -7,16 +13,15 @@ import mujoco
 from palanquin.problems.robots import DYNAARM, FEET, QuadrupedModel
 from palanquin.sim.scenes.links import COLLISION_GROUP, GROUND
 
-BODIES = 2
-"""The bit of contype and conaffinity of what moves."""
+BODIES, LEGS = 2, 4
+"""Bits of contype and conaffinity of what moves."""
 
 _ARM_RADIUS = 0.04
 
 
 def add_link_collisions(spec: mujoco.MjSpec, model: QuadrupedModel) -> None:
-    """Capsules along thighs, shins and arm, and the trunk and feet that are there, for an armed
-    robot: they touch each other, other robots, the payload and the ground. Neighbours at a joint
-    do not, nor thighs the trunk beside them.
+    """Capsules along thighs, shins and arm of an armed robot, besides its trunk and feet.
+    Neighbours at a joint do not touch, nor thighs the trunk beside them.
     """
     thigh, shin = 0.5 * model.foot_radius + 0.012, 0.6 * model.foot_radius
     for foot in FEET:
@@ -29,12 +34,16 @@ def add_link_collisions(spec: mujoco.MjSpec, model: QuadrupedModel) -> None:
     _capsule(spec.body("arm_roll"), (0, 0, 0), (0, 0, 0.17), 1.0, 0.75 * _ARM_RADIUS)
     for geom in spec.geoms:
         if geom.group == COLLISION_GROUP:
-            touch_bodies(geom)
+            part = geom.parent.name.split("_")[-1]
+            if part in ("thigh", "calf", "foot"):
+                geom.contype, geom.conaffinity = LEGS, BODIES | (GROUND if part == "foot" else 0)
+            else:
+                touch_all(geom)
 
 
-def touch_bodies(geom: mujoco.MjsGeom) -> None:
-    """Has a geom touch what else moves, besides the ground."""
-    geom.contype, geom.conaffinity = BODIES, GROUND | BODIES
+def touch_all(geom: mujoco.MjsGeom) -> None:
+    """Has a geom touch the ground and whatever moves."""
+    geom.contype, geom.conaffinity = BODIES, GROUND | BODIES | LEGS
 
 
 def let_hold(spec: mujoco.MjSpec, robot: str) -> None:

@@ -5,6 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palanquin.sim.scenarios.team import Team
+from palanquin.sim.scenes.collisions import BODIES
+from palanquin.sim.scenes.links import GROUND
 from palanquin.sim.scenes.palette import OBSTACLE
 
 Array = NDArray[np.float64]
@@ -26,7 +28,7 @@ def add_obstacles(spec: mujoco.MjSpec, team: Team) -> None:
                 quat=(np.cos(row[2] / 2), 0.0, 0.0, np.sin(row[2] / 2)),
                 size=size,
                 rgba=OBSTACLE,
-                contype=1,
+                contype=GROUND | BODIES,
                 conaffinity=0,
             )
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from palanquin.problems.robots import quadruped
 from palanquin.sim.scenarios.team import Member, Payload, Team
 from palanquin.sim.scenes.area import Area
-from palanquin.sim.scenes.collisions import let_hold, touch_bodies
+from palanquin.sim.scenes.collisions import let_hold, touch_all
 from palanquin.sim.scenes.links import COLLISION_GROUP
 from palanquin.sim.scenes.obstacle_looks import add_obstacles
 from palanquin.sim.scenes.palette import METAL, TIMBER, robot_colour
@@ -100,7 +100,7 @@ def _add_payload(
     spec.add_material(name="timber", rgba=TIMBER, specular=0.1, shininess=0.1)
     spec.add_material(name="collar", rgba=METAL, specular=0.5, shininess=0.6)
     geom = body.add_geom(name="payload", mass=payload.mass, material="timber")
-    touch_bodies(geom)
+    touch_all(geom)
     half = np.asarray(payload.size) / 2
     if payload.axis:
         along = half * (np.array(list("xyz")) == payload.axis)
