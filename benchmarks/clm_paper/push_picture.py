@@ -14,20 +14,16 @@ MARGIN = (0.7, 2.5)
 """What is shown before the push starts and after it has ended, s."""
 
 
-def draw_push(ours: Runs, printed: Runs, path: Path) -> None:
-    """Three plots over time as in the paper, for our weights of hand wrenches and Table I's.
+def draw_push(one: Runs, other: Runs, path: Path, titles: tuple[str, str]) -> None:
+    """Three plots over time as in the paper, for two experiments under their titles.
 
     Forces of the robots on the payload along x and y; displacement of all bodies along y since the
     push began, and of the middle of each robot's feet (dashed). The push is shaded.
     """
     figure = new_figure(7.5)
     axes = figure.subplots(3, 2, sharex=True, sharey="row")
-    for column, runs in enumerate((ours, printed)):
-        weights = runs.scenario.planner.weights
-        source = " (Table I)" if runs is printed else ""
-        axes[0, column].set_title(
-            f"$W_f$ = {weights.force[0]:g}, $W_\\tau$ = {weights.torque[0]:g}{source}"
-        )
+    for column, (runs, title) in enumerate(zip((one, other), titles, strict=True)):
+        axes[0, column].set_title(title)
         _draw_run(axes[:, column], runs)
     axes[0, 0].set_ylabel("force on the\npayload along x, N")
     axes[1, 0].set_ylabel("force on the\npayload along y, N")
@@ -38,6 +34,12 @@ def draw_push(ours: Runs, printed: Runs, path: Path) -> None:
     figure.legend(*axes[2, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5,
                   frameon=False)  # fmt: skip
     figure.savefig(path, dpi=150)
+
+
+def hand_weights(runs: Runs) -> str:
+    """What the planner weighs hand wrenches with, as a title."""
+    weights = runs.scenario.planner.weights
+    return f"$W_f$ = {weights.force[0]:g}, $W_\\tau$ = {weights.torque[0]:g}"
 
 
 def _draw_run(axes: np.ndarray, runs: Runs) -> None:

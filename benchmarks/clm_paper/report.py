@@ -36,7 +36,7 @@ def report(
         f"{machine['cpu']}, {machine['threads_used']} of {machine['cores_allowed']} cores, load "
         f"{load}; kernels {machine['kernels']}; revision {revision}.",
         "## What each experiment shows",
-        _criteria_table(runs.values()),
+        criteria_table(runs.values()),
         "## Push (Figure 5)",
         "![push](figure5.png)",
         "Robots pull the payload along its length, the pushed one back to its place; the other "
@@ -76,7 +76,8 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
 
 
-def _criteria_table(all_runs: Iterable[Runs]) -> str:
+def criteria_table(all_runs: Iterable[Runs]) -> str:
+    """What each experiment asks of its runs, and how many show it."""
     head = ("experiment", "asked of each run", "runs that show it", "median", "worst")
     rows = [
         (runs.experiment.title if i == 0 else "", *_criterion_cells(criterion, runs.rows))

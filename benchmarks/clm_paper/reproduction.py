@@ -12,7 +12,7 @@ from palanquin.benchmarks import ditch_formulations
 from palanquin.benchmarks.clm_paper import rates
 from palanquin.benchmarks.clm_paper.ditch_picture import draw_ditches
 from palanquin.benchmarks.clm_paper.experiments import paper_experiments
-from palanquin.benchmarks.clm_paper.push_picture import draw_push
+from palanquin.benchmarks.clm_paper.push_picture import draw_push, hand_weights
 from palanquin.benchmarks.clm_paper.ramp_picture import draw_ramp, draw_reach
 from palanquin.benchmarks.clm_paper.report import report
 from palanquin.benchmarks.clm_paper.seeds import Runs, SeedRunner
@@ -64,25 +64,25 @@ def reproduce(
     folder.mkdir(parents=True, exist_ok=True)
     conditions = {"revision": source_revision()}
     runner = SeedRunner(folder, conditions, effort.seeds, resume)
-    runs = {e.name: runner.run(e, _counted(progress, e.name, runner.ticks(e)))
+    runs = {e.name: runner.run(e, counted(progress, e.name, runner.ticks(e)))
             for e in paper_experiments()}  # fmt: skip
-    teams = rates.measure_teams(_counted(progress, "teams", rates.team_ticks()))
+    teams = rates.measure_teams(counted(progress, "teams", rates.team_ticks()))
     steps = rates.horizon_steps(folder, effort.repetitions)
     horizons = rates.measure_horizons(
-        folder, effort.repetitions, resume, _counted(progress, "horizons", steps)
+        folder, effort.repetitions, resume, counted(progress, "horizons", steps)
     )
     formulations = ditch_formulations.compare(
         effort.seeds, effort.stiffnesses, lambda share: progress("formulations", share, 1.0)
     )
     cases = len(effort.slopes) * len(effort.frictions)
-    sweep = measure_slopes(effort.slopes, effort.frictions, _counted(progress, "slopes", cases))
+    sweep = measure_slopes(effort.slopes, effort.frictions, counted(progress, "slopes", cases))
     files = _draw(folder, runs)
     ditch_formulations.plot(formulations, folder / "formulations.png")
     page = folder / "report.md"
     page.write_text(report(runs, teams, horizons, formulations, sweep), encoding="utf-8")
     results = {
         "experiments": {name: r.rows for name, r in runs.items()},
-        "criteria": {name: _criteria(r) for name, r in runs.items()},
+        "criteria": {name: criteria_shown(r) for name, r in runs.items()},
         "teams": teams,
         "horizons": horizons["rows"],
         "formulations": ditch_formulations.to_rows(formulations),
@@ -99,7 +99,9 @@ def reproduce(
 def _draw(folder: Path, runs: dict[str, Runs]) -> list[Path]:
     """The pictures of single runs."""
     files = [folder / name for name in ("figure5.png", "ditches.png", "figure6.png", "figure7.png")]
-    draw_push(runs["push"], runs["push-printed"], files[0])
+    push, printed = runs["push"], runs["push-printed"]
+    titles = hand_weights(push), f"{hand_weights(printed)} (Table I)"
+    draw_push(push, printed, files[0], titles)
     draw_ditches(runs["ditch"], files[1])
     draw_ramp(runs["ramp"], files[2])
     papers = {
@@ -110,7 +112,7 @@ def _draw(folder: Path, runs: dict[str, Runs]) -> list[Path]:
     return files
 
 
-def _criteria(runs: Runs) -> list[dict[str, Any]]:
+def criteria_shown(runs: Runs) -> list[dict[str, Any]]:
     """How many runs show what is asked of each."""
     return [
         {
@@ -122,7 +124,7 @@ def _criteria(runs: Runs) -> list[dict[str, Any]]:
     ]
 
 
-def _counted(progress: Progress, name: str, total: int) -> Callable[[int], None]:
+def counted(progress: Progress, name: str, total: int) -> Callable[[int], None]:
     """Adds up what is done of one part."""
     done = 0
     progress(name, done, total)

@@ -71,7 +71,7 @@ def test_a_changed_scenario_runs_anew(tmp_path):
 
 def test_pictures_are_drawn_of_any_run(tmp_path):
     push, ditch, ramp = run(tmp_path, short("push"), short("ditch"), short("ramp"), seeds=1)
-    draw_push(push, push, tmp_path / "push.png")
+    draw_push(push, push, tmp_path / "push.png", ("one", "other"))
     draw_ditches(ditch, tmp_path / "ditch.png")
     draw_ramp(ramp, tmp_path / "ramp.png")
     draw_reach(ramp, ramp, {"paper": (ramp, ramp)}, tmp_path / "reach.png")

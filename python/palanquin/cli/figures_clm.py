@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,12 +32,23 @@ if TYPE_CHECKING:
     from palanquin.benchmarks.clm_paper.reproduction import Progress as Report
 
 
+class PaperTracking(StrEnum):
+    """How plans are followed."""
+
+    KINEMATIC = "kinematic"
+    PHYSICS = "physics"
+
+
 Seeds = Annotated[
     int | None,
     typer.Option(min=1, max=10_000, help="Runs of each experiment.", show_default="20, quick 2"),
 ]
 Quick = Annotated[
     bool, typer.Option("--quick", help="About two minutes: few seeds, steps and cases.")
+]
+HowTracked = Annotated[
+    PaperTracking,
+    typer.Option(help="How plans are followed: as in the paper, or in full physics."),
 ]
 Fresh = Annotated[bool, typer.Option("--fresh", help="Run again what the folder already holds.")]
 
@@ -45,11 +57,14 @@ def clm(
     seeds: Seeds = None,
     quick: Quick = False,
     fresh: Fresh = False,
+    tracking: HowTracked = PaperTracking.KINEMATIC,
     folder: Folder = Path("out/figures-clm"),
     json_file: JsonFile = None,
     headless: Headless = False,
 ) -> None:
     """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report.
+
+    In physics the push, ditches and ramp, what limits them, and no rates.
 
     Runs that the folder holds from the same revision are taken up again: a command that was cut off
     goes on. Exit status: 0 every run shows what is asked of it, 1 some do not, 2 bad input.
@@ -57,6 +72,7 @@ def clm(
     with reported_errors():
         from dataclasses import replace
 
+        from palanquin.benchmarks.clm_paper.in_physics import reproduce_in_physics
         from palanquin.benchmarks.clm_paper.reproduction import QUICK, Effort, reproduce
 
         check_writable("--json", json_file)
@@ -66,7 +82,10 @@ def clm(
             effort = replace(effort, seeds=seeds)
         columns = TextColumn("{task.description:<18}"), BarColumn(), TaskProgressColumn()
         with Progress(*columns, TimeElapsedColumn(), console=err) as bar:
-            results, files = reproduce(folder, effort, not fresh, _report(bar))
+            if tracking is PaperTracking.PHYSICS:
+                results, files = reproduce_in_physics(folder, effort.seeds, not fresh, _report(bar))
+            else:
+                results, files = reproduce(folder, effort, not fresh, _report(bar))
         write_json("--json", json_file, results)
     out.print(_table(results))
     for file in files:
