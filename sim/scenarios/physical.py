@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from palanquin.sim.scenarios.bars import BarScenario
+from palanquin.sim.scenarios.files import AnyScenario
 from palanquin.sim.scenarios.scenario import Scenario
 from palanquin.sim.scenarios.settings import PlannerSettings
 
@@ -18,6 +20,13 @@ _PLANNER = {
     "observers": {},
 }
 _WEIGHTS = {"foothold": (30.0, 30.0, 30.0), "torque": (1e-4, 1e-4, 1e-4)}
+
+
+def in_physics(scenario: AnyScenario) -> AnyScenario:
+    """The scenario as `physical` has it where hands carry and it is not told to be kinematic."""
+    if isinstance(scenario, BarScenario) or scenario.tracking == "kinematic":
+        return scenario
+    return physical(scenario)
 
 
 def physical(scenario: Scenario) -> Scenario:

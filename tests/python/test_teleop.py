@@ -60,7 +60,8 @@ class Terminal:
 @pytest.fixture(scope="module")
 def session(tmp_path_factory):
     folder = tmp_path_factory.mktemp("teleop")
-    terminal = Terminal("trot", "--headless", "--record", folder / "commands.jsonl")
+    told = "--tracking", "kinematic", "--record", folder / "commands.jsonl"
+    terminal = Terminal("trot", "--headless", *told)
     terminal.read_until("up, down")
     for key, seen in ((b"\x1b[A", "vx 0.05"), (b"\x1b[C", "wz -0.05"), (b"6", "crawl, right")):
         terminal.press(key)
@@ -96,7 +97,8 @@ def test_the_session_is_recorded_and_drives_a_demo(session, tmp_path):
     assert json.loads(figures.read_text())["duration_s"] == pytest.approx(lines[-1]["end"])
 
 
-def test_recorded_commands_need_no_terminal(tmp_path):
+@pytest.mark.parametrize(("tracking", "plans"), [(None, 50), ("kinematic", 15)])
+def test_recorded_commands_need_no_terminal(tmp_path, tracking, plans):
     path = tmp_path / "commands.jsonl"
     path.write_text(
         '{"palanquin": "commands", "version": 1}\n'
@@ -105,9 +107,10 @@ def test_recorded_commands_need_no_terminal(tmp_path):
     )
     rrd = tmp_path / "live.rrd"
     arguments = ["teleop", "trot", "--commands", path, "--headless", "--rrd", rrd]
+    arguments += ["--tracking", tracking] if tracking else []
     result = CliRunner().invoke(app, [str(argument) for argument in arguments])
     assert result.exit_code == 0, result.output
-    assert "0.5 s, 15 plans" in result.output
+    assert f"0.5 s, {plans} plans" in result.output
     if "pip install" not in result.output:
         assert rrd.stat().st_size > 10_000
 

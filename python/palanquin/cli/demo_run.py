@@ -18,8 +18,8 @@ from palanquin.cli.possible import require_possible
 from palanquin.cli.watching import Bars, progress_bars, show
 from palanquin.sim.feasibility import findings
 from palanquin.sim.runs.run_outcome import outcome
-from palanquin.sim.scenarios import AnyScenario, BarScenario, Scenario
-from palanquin.sim.scenarios.physical import physical
+from palanquin.sim.scenarios import AnyScenario, BarScenario
+from palanquin.sim.scenarios.physical import in_physics
 from palanquin.sim.show.plots import draw_plots
 from palanquin.sim.show.render import Motion
 
@@ -71,8 +71,7 @@ def walk(
     """Runs a demo, in physics unless told; raises InputError for what cannot be, typer.Exit when it
     did not complete.
     """
-    if isinstance(scenario, Scenario) and scenario.tracking != "kinematic":
-        scenario = physical(scenario)
+    scenario = in_physics(scenario)
     if not has_keys:
         require_possible(findings(scenario))
     files = DemoFiles.prepare(

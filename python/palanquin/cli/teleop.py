@@ -22,6 +22,7 @@ from palanquin.cli.console import (
     reported_errors,
     show_progress_of_lowering,
 )
+from palanquin.cli.demo_options import HowTracked
 from palanquin.cli.in_step import InStep
 from palanquin.cli.watching import show_failed_plan
 from palanquin.schema import LAST_SEED
@@ -54,14 +55,15 @@ Seed = Annotated[int | None, typer.Option(min=0, max=LAST_SEED, help="As of `pal
 
 def teleop(
     name: Team = "trot", record: RecordFile = None, commands: Commands = None, rrd: Rrd = None,
-    headless: Headless = None, seed: Seed = None,
+    headless: Headless = None, seed: Seed = None, tracking: HowTracked = None,
 ) -> None:  # fmt: skip
     """Drives a team with the keyboard, in real time, and shows its plan live in Rerun.
 
     Arrows change speed and turn, a and d go sideways, space stops, 1 to 6 choose the gait, tab
     chooses a body, p and o push it, q quits; robots on bars are driven all at once or one by one,
-    and not pushed. What the scenario itself commands is left aside. `palanquin demo NAME --commands
-    FILE` makes a video of a recorded session.
+    and not pushed. They walk in full physics unless told to walk kinematically. What the scenario
+    itself commands is left aside. `palanquin demo NAME --commands FILE` makes a video of a recorded
+    session.
 
     Exit status: 0 done, 1 the plan diverged or a robot fell, 2 bad input.
     """
@@ -71,9 +73,12 @@ def teleop(
         from palanquin.cli.possible import require_possible
         from palanquin.sim.feasibility import findings
         from palanquin.sim.scenarios import open_any
+        from palanquin.sim.scenarios.physical import in_physics
         from palanquin.sim.scenarios.pilot import Pilot
 
-        scenario = overridden(open_any(name), commands=commands, seed=seed)
+        scenario = in_physics(
+            overridden(open_any(name), commands=commands, seed=seed, tracking=tracking)
+        )
         check_writable("--rrd", rrd)
         check_writable("--record", record)
         require_possible(findings(scenario) if commands or scenario.carry == "hands" else ())
