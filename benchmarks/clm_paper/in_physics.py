@@ -17,7 +17,7 @@ from palanquin.benchmarks.clm_paper.figures_of_runs import Row
 from palanquin.benchmarks.clm_paper.push_picture import draw_push
 from palanquin.benchmarks.clm_paper.ramp_picture import draw_ramp
 from palanquin.benchmarks.clm_paper.report import criteria_table, table
-from palanquin.benchmarks.clm_paper.reproduction import Progress, counted, criteria_shown
+from palanquin.benchmarks.clm_paper.reproduction import Effort, Progress, counted, criteria_shown
 from palanquin.benchmarks.clm_paper.seeds import Runs, SeedRunner
 from palanquin.benchmarks.machine import source_revision
 from palanquin.sim.scenarios.physical import physical
@@ -64,16 +64,16 @@ def _asked(name: str, limit: float) -> tuple[Criterion, ...]:
 
 
 def reproduce_in_physics(
-    folder: Path, seeds: int, resume: bool, progress: Progress
+    folder: Path, effort: Effort, resume: bool, progress: Progress
 ) -> tuple[dict[str, Any], list[Path]]:
-    """Runs what the folder does not hold yet; writes pictures, `report.md` and `results.json`.
+    """Runs so many seeds of what the folder does not hold yet; writes pictures, `report.md` and `results.json`.
 
     Returns:
         The results as plain data, and the files.
     """
     folder.mkdir(parents=True, exist_ok=True)
     revision = source_revision()
-    runner = SeedRunner(folder, {"revision": revision}, seeds, resume)
+    runner = SeedRunner(folder, {"revision": revision}, effort.seeds, resume)
     runs = {
         e.name: runner.run(e, counted(progress, e.name, runner.ticks(e))) for e in experiments()
     }

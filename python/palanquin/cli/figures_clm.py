@@ -64,9 +64,7 @@ def clm(
 ) -> None:
     """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report.
 
-    In physics the push, ditches and ramp, what limits them, and no rates.
-
-    Runs that the folder holds from the same revision are taken up again: a command that was cut off
+    In physics the push, ditches and ramp, what limits them, and no rates. Runs that the folder holds from the same revision are taken up again: a command that was cut off
     goes on. Exit status: 0 every run shows what is asked of it, 1 some do not, 2 bad input.
     """
     with reported_errors():
@@ -82,10 +80,8 @@ def clm(
             effort = replace(effort, seeds=seeds)
         columns = TextColumn("{task.description:<18}"), BarColumn(), TaskProgressColumn()
         with Progress(*columns, TimeElapsedColumn(), console=err) as bar:
-            if tracking is PaperTracking.PHYSICS:
-                results, files = reproduce_in_physics(folder, effort.seeds, not fresh, _report(bar))
-            else:
-                results, files = reproduce(folder, effort, not fresh, _report(bar))
+            run = reproduce_in_physics if tracking is PaperTracking.PHYSICS else reproduce
+            results, files = run(folder, effort, not fresh, _report(bar))
         write_json("--json", json_file, results)
     out.print(_table(results))
     for file in files:
