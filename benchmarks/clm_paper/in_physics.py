@@ -66,7 +66,8 @@ def _asked(name: str, limit: float) -> tuple[Criterion, ...]:
 def reproduce_in_physics(
     folder: Path, effort: Effort, resume: bool, progress: Progress
 ) -> tuple[dict[str, Any], list[Path]]:
-    """Runs so many seeds of what the folder does not hold yet; writes pictures, `report.md` and `results.json`.
+    """Runs so many seeds of what the folder does not hold yet; writes pictures, `report.md` and
+    `results.json`.
 
     Returns:
         The results as plain data, and the files.

@@ -62,10 +62,11 @@ def clm(
     json_file: JsonFile = None,
     headless: Headless = False,
 ) -> None:
-    """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report.
+    """Push, ditches and ramp of De Vincenti and Coros, with their Figures 5 to 7 and a report; in
+    physics without the rates, but with what limits them. What the folder holds from the same
+    revision is taken up again.
 
-    In physics the push, ditches and ramp, what limits them, and no rates. Runs that the folder holds from the same revision are taken up again: a command that was cut off
-    goes on. Exit status: 0 every run shows what is asked of it, 1 some do not, 2 bad input.
+    Exit status: 0 every run shows what is asked of it, 1 some do not, 2 bad input.
     """
     with reported_errors():
         from dataclasses import replace
