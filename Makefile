@@ -46,7 +46,7 @@ lint: build ## Check format, style and types, and look for faults in C++
 	tools/check-cpp $(BUILD) $(BIN)
 
 sanitize: build ## Run C++ tests and extensions under address and undefined-behaviour sanitizers
-	tools/sanitize $(BIN) sanitizers
+	tools/sanitize $(BIN) sanitizers $(SANITIZE_OPTIONS)
 
 sanitize-threads: build ## Run what has threads under the thread sanitizer
 	tools/sanitize $(BIN) thread-sanitizer
