@@ -76,9 +76,8 @@ def teleop(
         from palanquin.sim.scenarios.physical import in_physics
         from palanquin.sim.scenarios.pilot import Pilot
 
-        scenario = in_physics(
-            overridden(open_any(name), commands=commands, seed=seed, tracking=tracking)
-        )
+        told = overridden(open_any(name), commands=commands, seed=seed, tracking=tracking)
+        scenario = in_physics(told)
         check_writable("--rrd", rrd)
         check_writable("--record", record)
         require_possible(findings(scenario) if commands or scenario.carry == "hands" else ())
