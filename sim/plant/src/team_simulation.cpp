@@ -350,8 +350,8 @@ std::string TeamSimulation::collision() const {
   if (collided_.first < 0) return {};
   const auto name = [&](int geom) -> std::string {
     const int body = model_->geom_bodyid[geom];
-    const char* text = body > 0 ? mj_id2name(model_, mjOBJ_BODY, body)
-                                : mj_id2name(model_, mjOBJ_GEOM, geom);
+    const char* text =
+        body > 0 ? mj_id2name(model_, mjOBJ_BODY, body) : mj_id2name(model_, mjOBJ_GEOM, geom);
     return text != nullptr ? text : "the ground";
   };
   const auto [one, other] = std::minmax(collided_.first, collided_.second);

@@ -44,8 +44,8 @@ class RobotController {
 
   /// One control period of `dt` s; `forces` are the ground's on the feet as measured, [3, feet],
   /// world, N. Torques: `result`. Of a state that is not finite nothing is believed: torques are a
-  /// fallback's. A foot whose force is not finite stands as the gait has it. Throws std::invalid_argument for numbers of feet or hands that
-  /// are not the robot's.
+  /// fallback's. A foot whose force is not finite stands as the gait has it. Throws
+  /// std::invalid_argument for numbers of feet or hands that are not the robot's.
   void update(double time, double dt, const RobotState& measured, const Eigen::Matrix3Xd& forces,
               const RobotTarget& target);
 

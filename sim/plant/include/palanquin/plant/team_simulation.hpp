@@ -85,7 +85,7 @@ class TeamSimulation {
   const std::string& fall() const { return fall_; }  ///< what happened, in words
   /// Who touched whom in the last step with a collision; empty before.
   std::string collision() const;
-  double fall_time() const { return fall_time_; }    ///< s
+  double fall_time() const { return fall_time_; }  ///< s
   const TeamExtremes& extremes() const { return extremes_; }
 
   int robots() const;
