@@ -93,7 +93,7 @@ class BodyObserver(Strict):
 class PayloadObserver(Strict):
     """The same of the payload: its mass may be another than the planner was told."""
 
-    force: NonNegative = Field(3.0, description="gain, 1/s; 0: not observed")
+    force: NonNegative = Field(10.0, description="gain, 1/s; 0: not observed")
     most_share: NonNegative = Field(0.6, description="of its weight that is believed")
     torque: NonNegative = Field(0.0, description="gain, 1/s; 0: not observed")
     most_torque: NonNegative = Field(20.0, description="that is believed, N m")
