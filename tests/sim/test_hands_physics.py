@@ -11,7 +11,7 @@ from palanquin.sim.runs.physics_outcome import touchdowns
 from palanquin.sim.runs.run_outcome import outcome
 from palanquin.sim.runs.scenarios import loop_of, run_scenario
 from palanquin.sim.scenarios import open_scenario
-from palanquin.sim.scenarios.physical import physical
+from palanquin.sim.scenarios.physical import TROT_PERIOD, physical
 from palanquin.sim.scenarios.team import Ditch
 
 TROT = physical(open_scenario("trot"))
@@ -48,7 +48,7 @@ def test_a_team_trots_with_its_beam(trot):
 
 
 def test_the_ground_bears_all_of_the_weight(trot):
-    cycle = round(14 / 30 / trot.period)  # and two
+    cycle = round(TROT_PERIOD / trot.period)
     forces = trot.more["foot_force"][-2 * cycle :, :, :, 2].sum(axis=(1, 2))
     assert forces.mean() == pytest.approx(weight(TROT), rel=0.02)
 
@@ -132,6 +132,19 @@ def test_gaits_change_for_planner_and_controllers_alike():
     np.testing.assert_array_equal(planned, controlled)
     assert controlled[:, 1].all()
     assert not controlled[:, 0].all()
+
+
+def test_a_trot_of_open_rhythm_is_quick_in_physics():
+    changes = [{"time": 1.0, "gait": "crawl"}, {"time": 2.0, "gait": "trot"}]
+    robots = [TROT.robots[0], TROT.robots[1].changed(gait={"name": "trot", "period": 0.5})]
+    plain = open_scenario("trot").changed(gait_changes=changes)
+    scenario = physical(plain)
+    assert {robot.gait.gait.period for robot in scenario.robots} == {TROT_PERIOD}
+    periods = [change.gait.gait.period for change in scenario.gait_changes]
+    assert periods == [plain.gait_changes[0].gait.gait.period, TROT_PERIOD]
+    told = physical(plain.changed(robots=robots))
+    assert told.robots[1].gait.gait.period == 0.5
+    assert physical(scenario) == scenario
 
 
 def test_a_swinging_foot_is_told_where_the_plan_lands_it():

@@ -64,7 +64,7 @@ def test_robots_that_weigh_more_are_found_out():
 
 def test_a_push_moves_the_payload_less_when_it_is_observed():
     push = {"body": "left", "force": [0, 120, 0], "start": 0.8, "duration": 0.8}
-    scenario = TROT.changed(pushes=[push], duration=1.8)
+    scenario = TROT.changed(pushes=[push], duration=2.0)
     moved = []
     for observers in ({}, None):
         record = run_scenario(with_observers(scenario, observers))

@@ -131,7 +131,6 @@ def pushed_back(**planner):
     """A robot that trots is pushed backwards by 164 N for 0.8 s."""
     push = {"body": "left", "force": [-164, 0, 0], "start": 0.8, "duration": 0.8}
     return TROT.changed(
-        robots=[r.changed(gait={"name": "trot", "period": 0.36}) for r in TROT.robots],
         pushes=[push],
         duration=2.0,
         planner={**dict(TROT.planner), **planner},
