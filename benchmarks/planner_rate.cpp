@@ -74,9 +74,10 @@ struct Times {
                 quantile(plan, 0.5) / quantile(solver, 0.5),
                 quantile(plan, 0.99) / quantile(solver, 0.99), late, unusable, plan.size());
     if (stalls.waited_ms > 0.0)
-      std::printf("beside it, in %.1f s of waiting, the machine stalled %d times for over 0.1 ms, "
-                  "at most for %.2f ms\n",
-                  1e-3 * stalls.waited_ms, stalls.count, stalls.longest_ms);
+      std::printf(
+          "beside it, in %.1f s of waiting, the machine stalled %d times for over 0.1 ms, "
+          "at most for %.2f ms\n",
+          1e-3 * stalls.waited_ms, stalls.count, stalls.longest_ms);
   }
 };
 
@@ -96,8 +97,8 @@ Times run_here(TeamPlanner& planner, double period, int ticks, bool at_once) {
   planner.settle(0.0, loop.state(), {0.4, 0.0, 0.0});
   const auto start = Clock::now();
   const auto due = [&](int n) {
-    return start + std::chrono::duration_cast<Clock::duration>(
-                       n * std::chrono::duration<double>(period));
+    return start +
+           std::chrono::duration_cast<Clock::duration>(n * std::chrono::duration<double>(period));
   };
   for (int n = 0; n < ticks; ++n) {
     if (!at_once) await(due(n), times.stalls);
