@@ -35,11 +35,10 @@ void RobotSenses::update(const RobotState& truth, const Eigen::Matrix3Xd& forces
   }
   const SensorReading& reading = estimation_->sensors.update(truth, torques);
   estimation_->estimator.update(reading, dt_, stands, normals);
-  compare(truth);
+  compare(estimation_->estimator.state(), truth);
 }
 
-void RobotSenses::compare(const RobotState& truth) {
-  const RobotState& known = estimation_->estimator.state();
+void RobotSenses::compare(const RobotState& known, const RobotState& truth) {
   const auto add = [](double error, double& sum, double& largest) {
     sum += error * error;
     largest = std::max(largest, error);

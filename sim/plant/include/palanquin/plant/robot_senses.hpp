@@ -51,7 +51,7 @@ class RobotSenses {
     RobotEstimator estimator;
     bool feels_feet;
   };
-  void compare(const RobotState& truth);
+  void compare(const RobotState& known, const RobotState& truth);
 
   double dt_;
   Measurement measurement_;
