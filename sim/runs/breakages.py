@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import singledispatchmethod
 
@@ -23,6 +25,7 @@ from palanquin.sim.scenarios.faults import (
     StateLost,
 )
 from palanquin.sim.scenarios.limits import TIMESTEP
+from palanquin.sim.scenes.links import GROUND
 
 Undo = Callable[[], None]
 
@@ -56,6 +59,7 @@ class Breakages:
         self._robots, self._simulation, self._link = robots, simulation, link
         self._model, self._data = model, data
         self._lasting: list[tuple[float, Undo]] = []
+        self._lost: Counter[tuple[int, _sim.Sense]] = Counter()
 
     def until(self, time: float) -> tuple[Event, ...]:
         """Breaks what is due at `time` (s) and mends what is over; tells what broke."""
@@ -86,7 +90,7 @@ class Breakages:
 
     @_break.register
     def _(self, fault: PlansLate) -> Undo:
-        return self._link.disturb(delay=round(fault.delay / TIMESTEP))
+        return self._link.disturb(delay=math.ceil(fault.delay / TIMESTEP - 1e-9))
 
     @_break.register
     def _(self, fault: StateLost) -> Undo:
@@ -98,8 +102,13 @@ class Breakages:
 
     def _lose(self, robot: str, sense: _sim.Sense) -> Undo:
         index = self._robots.index(robot)
-        self._simulation.lose(index, sense, True)
-        return lambda: self._simulation.lose(index, sense, False)
+
+        def count(change: int) -> None:  # one fault may begin before another of its kind is over
+            self._lost[index, sense] += change
+            self._simulation.lose(index, sense, self._lost[index, sense] > 0)
+
+        count(1)
+        return lambda: count(-1)
 
     @_break.register
     def _(self, fault: MotorDead) -> Undo:
@@ -115,6 +124,6 @@ class Breakages:
 
     @_break.register
     def _(self, fault: FrictionLost) -> Undo:
-        ground = (self._model.geom_bodyid == 0) & (self._model.geom_contype == 1)
+        ground = (self._model.geom_bodyid == 0) & (self._model.geom_contype == GROUND)
         self._model.geom_friction[ground, 0] *= fault.share
         return _for_good

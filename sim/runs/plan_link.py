@@ -28,7 +28,7 @@ class PlanLink(Generic[T]):
     def __init__(self, latency: int = 0, lost: float = 0.0, seed: int = 0) -> None:
         self._latency, self._share = latency, lost
         self._random = np.random.default_rng(seed)
-        self._delay, self._is_silent = 0, False
+        self._disturbances: list[tuple[int, bool]] = []
         self._under_way: list[tuple[int, int, T]] = []
         self._current: T | None = None
         self._measured = 0
@@ -38,19 +38,18 @@ class PlanLink(Generic[T]):
         """A plan for what was measured at a physics step, now."""
         if self._current is None:
             self._current, self._measured = plan, step
-        elif self._random.random() < self._share or self._is_silent:
+        elif self._random.random() < self._share or any(lost for _, lost in self._disturbances):
             self.lost += 1
         else:
-            self._under_way.append((step + self._latency + self._delay, step, plan))
+            delay = self._latency + sum(more for more, _ in self._disturbances)
+            self._under_way.append((step + delay, step, plan))
 
     def disturb(self, delay: int = 0, is_silent: bool = False) -> Callable[[], None]:
-        """Plans sent from now on take `delay` physics steps more, or never arrive; the way back."""
-        self._delay, self._is_silent = delay, is_silent
-
-        def mend() -> None:
-            self._delay, self._is_silent = 0, False
-
-        return mend
+        """Plans sent from now on take `delay` physics steps more, or never arrive, whatever else
+        disturbs; returns what mends it.
+        """
+        self._disturbances.append((delay, is_silent))
+        return lambda: self._disturbances.remove((delay, is_silent))
 
     def at(self, step: int) -> tuple[T, int]:
         """The latest plan that has arrived at a physics step, and for how many steps no other

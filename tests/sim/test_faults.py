@@ -81,6 +81,15 @@ def test_what_was_lost_is_counted(broken):
     assert figures["plans"]["oldest_s"] == pytest.approx(oldest, abs=periods + 1e-9)
 
 
+def test_faults_that_overlap_do_not_mend_each_other():
+    told = [("planner-silent", 0.1, 0.1), ("plans-late", 0.15, 0.2), ("planner-silent", 0.15, 0.2)]
+    told += [("state-lost", 0.5, 0.05), ("state-lost", 0.52, 0.1)]
+    faults = [{"type": t, "start": start, "duration": d} for t, start, d in told]
+    record = run_scenario(TROT.changed(faults=faults, duration=0.7))
+    assert outcome(record)["plans"]["lost"] == 25  # from 0.1 to 0.35 s
+    assert sum(event.kind is EventKind.NO_STATE for event in record.events) == 12  # 0.5 to 0.62 s
+
+
 def test_friction_is_lost_on_all_of_the_ground():
     slope = {"type": "plane", "z0": 0.0, "ax": 0.35, "ay": 0.0}
     scenario = TROT.changed(terrain=slope, duration=2.0)
