@@ -138,6 +138,18 @@ TEST(TeamSimulation, ARobotTrotsOnWithoutForcesOnItsFeetAndABlinkWithoutAState) 
   EXPECT_THROW(team.lose(1, Sense::State, true), std::out_of_range);
 }
 
+TEST(TeamSimulation, ARobotWithoutAStateBearsItsWeightByThePlanAfterAWhile) {
+  QuadrupedScene scene(1);
+  TeamSimulation team = simulate(scene, scene.members(trotting(100)));
+  ASSERT_EQ(walk(team, 300), 300) << team.fall();
+  const std::vector<RobotTarget> targets = targets_for(team);
+  team.lose(0, Sense::State, true);
+  EXPECT_FALSE(team.observe(0).position.allFinite());
+  ASSERT_EQ(team.run(60, targets), 60) << team.fall();
+  EXPECT_TRUE(team.controller(0).result().torques.allFinite());
+  EXPECT_GT(team.controller(0).result().torques.norm(), 5.0);
+}
+
 TEST(TeamSimulation, DoesNotAllocateWhileItRuns) {
   QuadrupedScene scene(2);
   Push push;

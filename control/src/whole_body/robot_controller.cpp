@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "palanquin/core/setting_rules.hpp"
@@ -280,6 +281,7 @@ void RobotController::track_base(double time, const RobotTarget& target) {
 }
 
 RobotObservation RobotController::observe(const RobotState& measured) {
+  if (!measured.is_finite()) return blind();
   model_.update(measured);
   RobotObservation o;
   o.position = model_.com().position;
@@ -296,6 +298,19 @@ RobotObservation RobotController::observe(const RobotState& measured) {
   }
   o.footholds = has_started_ ? footholds_ : o.feet;
   o.ground = has_started_ ? ground_ : o.feet.row(2).mean();
+  return o;
+}
+
+/// Nothing but NaN, and the model stays where a fallback needs it: at the last known state.
+RobotObservation RobotController::blind() const {
+  constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+  const Vector3 nowhere = Vector3::Constant(kNothing);
+  RobotObservation o;
+  o.position = o.velocity = o.rate = nowhere;
+  o.orientation.setConstant(kNothing);
+  o.feet = o.footholds = Eigen::Matrix3Xd::Constant(3, feet(), kNothing);
+  o.hands.assign(model_.hands().size(), {nowhere, o.orientation, nowhere, nowhere});
+  o.ground = kNothing;
   return o;
 }
 

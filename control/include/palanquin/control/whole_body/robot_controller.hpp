@@ -68,6 +68,7 @@ class RobotController {
   /// Virtual constraints y of (25): centre of mass [3] (m), then orientation [3] (rad).
   const Eigen::Matrix<double, 6, 1>& output_errors() const { return output_errors_; }
 
+  /// What a planner is told; of a state that is not finite nothing but NaN.
   RobotObservation observe(const RobotState& measured);
 
   /// Whether a planner is to load a foot at `time`: one that stands by the clock and is due. A foot
@@ -83,6 +84,7 @@ class RobotController {
   Vector3 to_ground(int index, const Vector3& normal) const;
   bool fits(const RobotTarget& target) const;
   void start();
+  RobotObservation blind() const;
   double normal_force(int index, double time, const Eigen::Matrix3Xd& forces,
                       const Vector3& normal) const;
   void update_foot(int index, double time, double dt, double force, const Vector3& normal);
